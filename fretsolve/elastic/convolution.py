@@ -29,7 +29,7 @@ from fretsolve.elastic.batched_convolution import BatchedConvolution
 from fretsolve.elastic.fftw import padded_length, plan, pyfftw
 from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.system.arrays import ComplexArray, FloatArray
+from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
 
 CACHE_BYTES = 400 * 1024
 """Size of the buffer of a block of rows or columns: three or four fit into the second-level cache of a core."""
@@ -81,11 +81,7 @@ class PaddedConvolution:
         self._column_blocks: list[list[_Block]] = [[] for _ in self._team.members(self._column_parts)]
 
     def apply(
-        self,
-        kernels: KernelMatrix,
-        fields: Sequence[FloatArray],
-        displacements: Sequence[FloatArray],
-        turned: tuple[bool, bool] = (False, False),
+        self, kernels: KernelMatrix, fields: Fields, displacements: Fields, turned: tuple[bool, bool] = (False, False)
     ) -> None:
         """Compute ``displacements = kernels @ fields``, m fields (nx, ny) from n fields (nx, ny).
 
@@ -113,7 +109,7 @@ class PaddedConvolution:
         """
         if coupling:
             kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
-            self.apply(kernels, (*field,), (*result,))
+            self.apply(kernels, field, result)
             return
         directions: tuple[Influence, Influence] = ("xx", "yy")
         for direction, part, part_of_result in zip(directions, field, result, strict=True):

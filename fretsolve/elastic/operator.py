@@ -105,13 +105,13 @@ class ElasticOperator:
         """Compute the tangential displacement from pressure; `terms` must couple."""
         self.applications += 1
         kernels = ((self._spectra["xz"],), (self._spectra["yz"],))
-        self._convolution.apply(kernels, self._planes(pressure), (*displacement,), turned=(True, False))
+        self._convolution.apply(kernels, self._planes(pressure), displacement, turned=(True, False))
 
     def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` from shear; `terms` must couple."""
         self.applications += 1
         kernels = ((self._spectra["xz"], self._spectra["yz"]),)
-        self._convolution.apply(kernels, (*shear,), self._planes(uz), turned=(False, True))
+        self._convolution.apply(kernels, shear, self._planes(uz), turned=(False, True))
 
     def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
         """Compute normal and tangential displacement from pressure and shear, with every term that is kept."""
@@ -129,6 +129,6 @@ class ElasticOperator:
         )
         self._convolution.apply(kernels, (pressure, *shear), (uz, *displacement), turned=(True, True))
 
-    def _planes(self, field: FloatArray) -> tuple[FloatArray, ...]:
-        """Return the components (nx, ny) of a field (nx, ny) or (c, nx, ny)."""
-        return (*field.reshape(-1, *field.shape[-2:]),)
+    def _planes(self, field: FloatArray) -> FloatArray:
+        """Return a field (nx, ny) or (c, nx, ny) as (c, nx, ny)."""
+        return field if field.ndim == 3 else field[None]

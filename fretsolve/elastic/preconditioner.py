@@ -48,7 +48,7 @@ class Preconditioner:
 
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
-        self._convolution.apply(((self._spectra["zz"],),), (*displacement,), (*traction,))
+        self._convolution.apply(((self._spectra["zz"],),), displacement, traction)
 
     def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (2, nx, ny) from displacement (2, nx, ny)."""

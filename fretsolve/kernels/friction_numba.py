@@ -51,6 +51,25 @@ def sum_motions(first, stop, field, x, y):
     return all_x, all_y, all_turned
 
 
+@inlined
+def violation(first, stop, slip, normal, slipping):
+    """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside."""
+    _, ny = slipping.shape
+    largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
+    for i in range(first, stop):
+        for j in range(ny):
+            s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
+            squared = s_x * s_x + s_y * s_y
+            along = s_x * n_x + s_y * n_y
+            t_x, t_y = s_x - along * n_x, s_y - along * n_y
+            across = t_x * t_x + t_y * t_y
+            slips = slipping[i, j]
+            largest[j] = larger(squared, largest[j])
+            in_slip[j] = larger(across if slips else 0.0, in_slip[j])
+            in_stick[j] = larger(0.0 if slips else squared, in_stick[j])
+    return math.sqrt(largest_of(largest)), math.sqrt(largest_of(in_slip)), math.sqrt(largest_of(in_stick))
+
+
 @kernel
 def take_slip(first, stop, slip, elastic_slip, rigid, x, y, normal, weight):
     """Compute ``slip = elastic_slip + rigid motion`` in the contact (TG2)."""
@@ -78,7 +97,10 @@ def take_slip(first, stop, slip, elastic_slip, rigid, x, y, normal, weight):
 
 @kernel
 def move(first, stop, slip, rigid, x, y, normal, limit, slipping, stiffness, weight, unit, stiffest):
-    """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear (TG3)."""
+    """Add a rigid motion to the slip in the contact; let cells stick that slip against their shear (TG3).
+
+    Return `violation`.
+    """
     _, ny = weight.shape
     along_x, along_y, turn = rigid[0], rigid[1], rigid[2]
     for i in range(first, stop):
@@ -99,6 +121,7 @@ def move(first, stop, slip, rigid, x, y, normal, limit, slipping, stiffness, wei
             normal[0, i, j], normal[1, i, j] = n_x if slips else 0.0, n_y if slips else 0.0
             stiffness[i, j] = resistance
             weight[i, j] = share if touches else 0.0
+    return violation(first, stop, slip, normal, slipping)
 
 
 @kernel
@@ -118,25 +141,6 @@ def add_motion(first, stop, shear, rigid, x, y, weight, normal):
             along = m_x * n_x + m_y * n_y
             shear[0, i, j] += w * (m_x - along * n_x)
             shear[1, i, j] += w * (m_y - along * n_y)
-
-
-@kernel
-def violation(first, stop, slip, normal, slipping):
-    """Return the largest slip, the largest tangential part in the slip zone, and the largest slip outside."""
-    _, ny = slipping.shape
-    largest, in_slip, in_stick = np.zeros(ny), np.zeros(ny), np.zeros(ny)
-    for i in range(first, stop):
-        for j in range(ny):
-            s_x, s_y, n_x, n_y = slip[0, i, j], slip[1, i, j], normal[0, i, j], normal[1, i, j]
-            squared = s_x * s_x + s_y * s_y
-            along = s_x * n_x + s_y * n_y
-            t_x, t_y = s_x - along * n_x, s_y - along * n_y
-            across = t_x * t_x + t_y * t_y
-            slips = slipping[i, j]
-            largest[j] = larger(squared, largest[j])
-            in_slip[j] = larger(across if slips else 0.0, in_slip[j])
-            in_stick[j] = larger(0.0 if slips else squared, in_stick[j])
-    return math.sqrt(largest_of(largest)), math.sqrt(largest_of(in_slip)), math.sqrt(largest_of(in_stick))
 
 
 @kernel

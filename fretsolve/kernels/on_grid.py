@@ -60,7 +60,7 @@ PASSES: dict[str, dict[str, Callable[[Sequence[Any]], Any]]] = {
     },
     "friction": {
         "take_slip": add_up,
-        "move": nothing,
+        "move": largest_of,
         "gram": add_up,
         "balance": add_up,
         "add_motion": nothing,

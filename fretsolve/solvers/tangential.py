@@ -110,15 +110,14 @@ class TangentialSolver:
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
             # TG2, TG3: slip (T2) with the forced rigid motion by least squares; cells with lam <= 0 stick; S and W
-            rigid = self._update_slip_and_zones(elastic_slip, control, friction_limit)
+            rigid, errors = self._update_slip_and_zones(elastic_slip, control, friction_limit)
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
-            residual, largest, scale = self._violation(rigid, scales)
+            residual, largest, scale = self._violation(errors, rigid, scales)
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
-            excess = self._kernels.excess(shear, friction_limit) / largest_limit
             rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
-            solved = (residual <= tolerance or largest <= rounding) and (
-                max(self._unbalance(control, capacity, shear), excess) <= tolerance
-            )
+            accurate = residual <= tolerance or largest <= rounding
+            excess = self._kernels.excess(shear, friction_limit) / largest_limit if accurate else 0.0
+            solved = accurate and max(self._unbalance(control, capacity, shear), excess) <= tolerance
             if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
             corrected = residual > tolerance
@@ -197,8 +196,8 @@ class TangentialSolver:
 
     def _update_slip_and_zones(
         self, elastic_slip: FloatArray, control: LoadControl, friction_limit: FloatArray
-    ) -> Vector:
-        """Compute the slip and let cells stick that slip against their shear; return the rigid motion.
+    ) -> tuple[Vector, tuple[float, float, float]]:
+        """Compute the slip and let cells stick that slip against their shear; return the rigid motion and `violation`.
 
         The forced part of the motion is that of least squares, N' W T s = 0.
         """
@@ -211,12 +210,12 @@ class TangentialSolver:
             forced = -solve_modes(gram, sums, control.forced_index)
             before = int(np.count_nonzero(self.slipping)) if undetermined else 0
             stiffness, unit = self._cg.stiffness, self.operator.unit
-            self._kernels.move(
+            errors: tuple[float, float, float] = self._kernels.move(
                 self._slip, forced, x, y, self._normal, friction_limit, self.slipping, stiffness, weight, unit, STIFFEST
             )
             # if all cells slip in one direction, N' W T s = 0 leaves the motion open until some of them stick
             released = undetermined and int(np.count_nonzero(self.slipping)) < before
-        return imposed + forced
+        return imposed + forced, errors
 
     def _rounding(self, elastic_slip: FloatArray, rigid: Vector, scales: SlipScales) -> float:
         """Return the rounding error of slips (mm)."""
@@ -224,7 +223,9 @@ class TangentialSolver:
         elastic = rounding_of(self.operator.dtype) * float(np.abs(elastic_slip).max())
         return max(elastic, ROUNDING * float(max(scales.displacement, dx, dy, turn * self.modes.farthest)))
 
-    def _violation(self, rigid: Vector, scales: SlipScales) -> tuple[float, float, float]:
+    def _violation(
+        self, errors: tuple[float, float, float], rigid: Vector, scales: SlipScales
+    ) -> tuple[float, float, float]:
         """Return the residual of the slip law, the largest error in it (mm), and the smaller one of its scales (mm).
 
         Errors are slips of sticking cells, over the rigid motion, and in the slip zone the part of a slip across the
@@ -232,7 +233,7 @@ class TangentialSolver:
         """
         dx, dy, turn = rigid.tolist()
         scale = max(scales.motion, abs(dx), abs(dy), abs(turn) * self.modes.arm, TINY)
-        largest, in_slip, in_stick = self._kernels.violation(self._slip, self._normal, self.slipping)
+        largest, in_slip, in_stick = errors
         largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
         residual = np.maximum(in_stick / scale, in_slip / largest)  # keeps a NaN
         return float(residual), max(in_slip, in_stick), min(scale, largest)

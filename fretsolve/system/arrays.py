@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,9 @@ FloatArray = NDArray[np.floating]
 
 DoubleArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complexfloating]
+Fields = Sequence[FloatArray] | FloatArray
+"""Fields (nx, ny), in one array (c, nx, ny) or each in its own."""
+
 BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
 
