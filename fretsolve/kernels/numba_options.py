@@ -34,6 +34,14 @@ def kernel(function: Any) -> Any:
     return _compiled(function)
 
 
+def exact(function: Any) -> Any:
+    """Compile a `function` like a kernel, but round each product and each sum, as NumPy does.
+
+    Then x and y can change places without a change of bits, since no product is taken up in a sum unrounded.
+    """
+    return _compiled(function, fastmath=False)
+
+
 def inlined(function: Any) -> Any:
     """Compile a `function` that kernels call, like a kernel, and put its code into each of them.
 
@@ -44,8 +52,8 @@ def inlined(function: Any) -> Any:
 
 
 def _compiled(function: Any, **options: Any) -> Any:
-    fast = {"reassoc", "contract", "nsz", "arcp"}
-    compiled = numba.njit(nogil=True, fastmath=fast, error_model="numpy", **options)(function)
+    options = {"fastmath": {"reassoc", "contract", "nsz", "arcp"}} | options
+    compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
     with suppress(RuntimeError):  # neither the package's folder nor the user's cache can be written
         try:
             compiled._cache = KernelCache(function)

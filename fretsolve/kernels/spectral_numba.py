@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.kernels.numba_options import inlined
+from fretsolve.kernels.numba_options import exact, inlined
 from fretsolve.kernels.numba_options import kernel as compiled
 
 TILE = 8
@@ -173,7 +173,7 @@ def _multiply_triple(kernels, odd, fields):
             field_y[n, i] = z * zy + x * xy + y * direct_y[n, mirrored]
 
 
-@compiled
+@exact
 def combine(factors, spectra, results, product):
     """Compute ``results = factors spectra``, (m, k) of (m, n, k) and (n, k)."""
     rows, columns, count = factors.shape
