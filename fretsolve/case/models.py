@@ -262,7 +262,7 @@ class Case(CaseModel):
                 for index, body in rigid
             )
             if missing := [field for field in ("pressure", "shear") if field not in self.output.fields]:
-                message = f"stresses follow from pressure and shear; {' and '.join(missing)} in output.fields is needed"
+                message = f"stresses follow from pressure and shear; output.fields needs {' and '.join(missing)}"
                 refused_at([(("output", name), message)])
         if self.output.fatigue is not None and not any(isinstance(step, CycleSpec) for step in self.load_path):
             refused_at([(("output", "fatigue"), "fatigue parameters are those of a cycle; load_path needs one")])

@@ -87,7 +87,7 @@ def test_mistakes_in_the_keys(case, change, message):
 
 def test_what_a_run_refuses_before_it_begins(case, tmp_path):
     assert "load_path needs one" in refused(2, "run", case, "--set", "load_path=[{P: 1 N}]")
-    assert "shear in output.fields is needed" in refused(2, "run", case, "--set", "output.fields=[pressure]")
+    assert "output.fields needs shear" in refused(2, "run", case, "--set", "output.fields=[pressure]")
     rigid = "bodies=[{young_modulus: 70 GPa, poisson_ratio: 0.5}, rigid]"
     words = ("--set", rigid, "--set", "output.fatigue.bodies=[2]")
     assert "body 2 is rigid, so that it has no stress" in refused(2, "run", case, *words)
