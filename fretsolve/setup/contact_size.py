@@ -56,9 +56,11 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
             _own_size(surface, compliances.contact_modulus, forms.loads, ("surface", index, surface.kind))
             for index, surface in enumerate(case.surface)
         )
-        return contact_size(case.surface, compliances, loads, case.grid.center, first, forms.model.line)
+        unworn = contact_size(case.surface, compliances, loads, case.grid.center, first, forms.model.line)
     except CaseError as error:
         raise case.source.problem(error.message, error.key) from None
+    least = 2.0 * AREA_MARGIN * worn_reach(forms)
+    return max(unworn[0], least), max(unworn[1], least)
 
 
 def worn_reach(forms: ClosedForms) -> float:

@@ -85,6 +85,13 @@ def test_a_force_within_rounding_wears_nothing(force):
     assert cycle.explicit_limit(0.02) > 1e20
 
 
+def test_automatic_size_holds_the_worn_contact_beside_the_middle_of_the_grid():
+    setup = worn("Qx", 36.0, 1e6, grid={"points": 32, "center": [0.01, 0.005]})
+    reach = worn_radius(setup.closed_forms)
+    assert reach > 1.3 * A
+    assert min(setup.grid.size) == pytest.approx(2.4 * (reach + 0.01))
+
+
 def test_automatic_size_holds_the_worn_contact():
     setup = worn("delta_x", 10e-3, 1e6)
     (cycle,) = worn_cycles(setup.closed_forms)
