@@ -116,6 +116,4 @@ def test_what_the_rest_of_the_case_must_have(tmp_path, before, message):
 
 def test_the_tractions_must_be_stored(tmp_path):
     path = asked(tmp_path, BOTH + "  fields: [pressure, slip]\n")
-    assert "output.fatigue: stresses follow from pressure and shear; output.fields needs shear" in str(
-        case_error(path)
-    )
+    assert "output.fatigue: stresses follow from pressure and shear; output.fields needs shear" in str(case_error(path))
