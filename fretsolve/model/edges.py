@@ -22,7 +22,7 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 PEAK = 1.8
 """Largest pressure at a rounded edge over K / d^(1/2)."""
 
-HARDLY_SEEN = 0.25
+HARDLY_SEEN = 0.28
 """Least part of the pressure that cells may miss at a rounding in contact over less than one: the last cell's is less
 than that of K / s^(1/2) where it sees a part of it."""
 
@@ -30,6 +30,9 @@ SLIPPING, SEEN = 2.0, 1.5
 """Energy that slip within a rounding dissipates, over mu^2 K^2 d/E* and (K_q / mu K)^3, per length of the edge, with
 the singularity K_q of the shear traction: it slips up to d K_q / mu K from the edge, by K_q (d K_q / mu K)^(1/2) / E*.
 Punches in plane strain have 1.2 to 1.7, round ones 0.8. From d = SEEN cells on, these see it."""
+
+ALIGNED = 1e-6
+"""Largest sine of the angle between a cylinder and an axis of the grid at which its ends run along cells."""
 
 CYLINDER_END = 0.65
 """Factor K at the sharp end of a cylinder over p0 b^(1/2) of its line contact; 0.57 to 0.69 for lengths of 5 b to 40 b,
@@ -53,7 +56,7 @@ class Edge:
             return math.inf if edge else 0.0
         factor = _singularity(edge, side)
         depth, shown = self._depth(factor, contact_modulus), float(pressure.max())
-        least = HARDLY_SEEN * shown if depth < side else 0.0
+        least = HARDLY_SEEN * shown * min(max(2.0 - depth / side, 0.0), 1.0)
         return max(PEAK * factor / math.sqrt(depth) - shown, least)
 
     def is_hardly_seen(self, pressure: FloatArray, side: float, contact_modulus: float) -> bool:
@@ -100,6 +103,26 @@ def rounding(surface: Surface) -> float | None:
     if surface.kind == "cylinder":
         return None if surface.length is None else surface.end_radius or 0.0
     return surface.edge_radius if surface.kind == "punch" else None
+
+
+def missed_area(surface: Surface, grid: Grid) -> float:
+    """Return the part by which the cells within a body's outline miss its area, or a cylinder's its length.
+
+    0 for bodies without end and for cylinders across the grid's axes, whose ends cross the rows at all places.
+    """
+    if rounding(surface) is None:
+        return 0.0
+    x, y = grid.x[:, None] - surface.center[0], grid.y[None, :] - surface.center[1]
+    inside = _beyond(surface, x, y) <= 0.0
+    if surface.kind == "cylinder":
+        along_x, along_y = abs(math.cos(surface.axis)), abs(math.sin(surface.axis))
+        if min(along_x, along_y) > ALIGNED:
+            return 0.0
+        cells = np.count_nonzero(inside.any(axis=1 if along_x > along_y else 0))
+        return abs(cells * (grid.dx if along_x > along_y else grid.dy) / (surface.length or math.inf) - 1.0)
+    assert surface.kind == "punch"  # no other body ends
+    area = math.pi * surface.radius**2 if surface.radius is not None else 4.0 * (surface.half_width or math.inf) ** 2
+    return abs(np.count_nonzero(inside) * grid.dx * grid.dy / area - 1.0)
 
 
 def _edge(surface: Surface, grid: Grid) -> Edge | None:

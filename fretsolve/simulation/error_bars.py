@@ -26,6 +26,8 @@ from fretsolve.simulation.quantity_estimates import (
     BETWEEN,
     CONTACT,
     LINKED,
+    MX,
+    MY,
     ORDER,
     RADII,
     SAFETY,
@@ -45,6 +47,10 @@ ratio of points per side of the coarse grids from which it counts."""
 CORRECTED_SAFETY, LINKED_CORRECTED = 0.7, 0.5
 """Factor on the first-order error of the increments in the corrected values, where it has been taken out, and the part
 of the linked error that is left in them."""
+
+ALONE, CORRECTED_ALONE = 3.25, 2.0
+"""These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
+slip otherwise."""
 
 LARGEST_CHANGE = 0.1
 """Change by the increments, over the largest value so far, beyond which corrected values are no surer than those as
@@ -124,11 +130,12 @@ class ErrorBars:
         change = self._change_by_increments(summary.step)
         # An imposed value keeps its error, and where much changes, errors are not of first order.
         uncertain = imposed | (np.abs(change) > LARGEST_CHANGE * self._largest)
-        left = np.where(uncertain, SAFETY, CORRECTED_SAFETY) * change
+        safety, corrected_safety = self._safety_at(summary.step)
+        left = np.where(uncertain, safety, corrected_safety) * change
         linked = np.where(imposed, 0.0, self._linked(change))
         # The change is twice a difference, which holds the errors of the coarse runs' iteration.
         unsolved = 2.0 * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, self._safety * change, linked], axis=0)
+        errors = np.linalg.norm([others, safety * change, linked], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, LINKED_CORRECTED * linked], axis=0)
         change[imposed] = 0.0
         self._follow(self._path.after(self._summaries))
@@ -143,7 +150,8 @@ class ErrorBars:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         pressed = self._least_errors.sheared_by_pressing(summary)
-        self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed)
+        thin = self._least_errors.thin_slip(summary)
+        self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed, thin)
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
@@ -191,6 +199,17 @@ class ErrorBars:
         change = self._runs.change_by_increments(step)
         change[WORK] = change[TOTAL] - self._runs.change_by_increments(step - 1)[TOTAL]
         return change
+
+    def _safety_at(self, step: int) -> tuple[DoubleArray, DoubleArray]:
+        """Return the factors on the first-order error of the increments in the values as run and corrected.
+
+        Moments gain nothing by the correction, and keep all of it.
+        """
+        stage = next(place for place, last in enumerate(self._path.last_steps) if step <= last)
+        alone = (LINKED > 0.0) & CORRECTABLE & (self._path.counts[stage] == 1)
+        corrected = np.where(alone, CORRECTED_ALONE, CORRECTED_SAFETY)
+        corrected[[MX, MY]] = SAFETY[[MX, MY]]
+        return np.where(alone, ALONE, self._safety), corrected
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments that their change of the dissipated energy lets expect."""

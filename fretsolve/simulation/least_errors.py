@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.case.history import Summary
-from fretsolve.model.edges import Edge, edges, rounding
+from fretsolve.model.edges import Edge, edges, missed_area, rounding
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
@@ -17,6 +17,7 @@ from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
     CONTACT_EXTENTS,
+    DISPLACED,
     FLOOR,
     MX,
     MY,
@@ -26,6 +27,7 @@ from fretsolve.simulation.quantity_estimates import (
     QY,
     STICK,
     STICK_EXTENTS,
+    TILTS,
     TOTAL,
     WORK,
 )
@@ -38,7 +40,7 @@ radius a."""
 DISSIPATED, DISSIPATED_ORDER = 0.12, 1.5
 """Least error of the dissipated energy over its own value, in the same way."""
 
-CONTACT_EDGE, STICK_EDGE = 0.006, 0.03
+CONTACT_EDGE, STICK_EDGE = 0.0075, 0.03
 """Least error of the radii over h; that of a stick zone which fills the contact is the contact's."""
 
 CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
@@ -57,13 +59,13 @@ FACET_EDGE, RIDGE_EDGE = 0.03, 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells. A steep ridge
 may bound it as an edge does: RIDGE_EDGE times the pressure at ridges over that of the contact's last cell."""
 
-SLENDER = 0.5
-"""Power of a cell's long over its short side with which some least errors grow: the edges of the zones cross few rows
-of slender cells, and errors by their places average less."""
+SLENDER, SLENDER_MOMENT = 0.3, 0.5
+"""Powers of a cell's long over its short side with which some least errors grow, and those of moments: the edges of the
+zones cross few rows of slender cells, and errors by their places average less."""
 
-MOMENT = 0.015
+MOMENT, MOMENT_ROUNDED, TORQUE_ENDS = 0.015, 0.04, 0.25
 """Least error of Mx and My over (h/a)^FLOOR_ORDER P a, and of Mz with the shear force: they sum up tractions of
-opposite effect."""
+opposite effect. Those at roundings are largest, and the shear traction at an end is, which turns with long arms."""
 
 SHARP_MOMENT = 3.0
 """Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
@@ -74,8 +76,35 @@ PEAK = 3.0
 independent Gaussian peaks in contact, here a hundred. A sine has 1.4, which partial contact does not exceed, and two
 sines across each other have 2."""
 
-UNSEEN_STICK = 0.75
+FLATTENED = 2.0
+"""Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
+them: where the pressure is less, near the edge, the bodies touch in part. At most that part."""
+
+UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
+
+NEAR_GROSS_SLIP, NEAR_GROSS_SLIP_ENDS = 0.1, 0.25
+"""Part of the friction limit left, below which the least error of the stick radius grows: by the power 2/3 where bodies
+do not end, as for a sphere c^3 = a^3 (1 - Q/mu P), and by the power 1 where one does, as a flat punch slips everywhere
+at once."""
+
+LEAST_LEFT = 0.01
+"""Part of the friction limit that counts as left, at least."""
+
+SHARP_DEPTH, ROUNDED_LENGTH, ROUNDED_ENERGY = 1.0, 1.0, 1.5
+"""Where a body ends sharply, least relative error of displacements over that of the radius of the outline, and over the
+part by which cells miss its area, which also shows in the dissipated energy. Tilts have SHARP_MOMENT times as much."""
+
+PRESSED_WAY = 0.1
+"""Way of the shear that pressing unlike bodies is worth at an edge, over the share of the friction limit that it takes
+there: each part of the contact that touches later slips less."""
+
+THIN_EDGE = 0.15
+"""Least error of the stick radius over h where the slip annulus is thinner than a cell."""
+
+THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
+"""Least relative error of what an increment dissipates in an annulus thinner than THIN_SLIP_CELLS cells, over h over
+its width, which counts as THINNEST_SLIP h at least."""
 
 ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
 """A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
@@ -90,37 +119,49 @@ class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
-    way in the last increment and in all. A shear that slips within a rounding dissipates what it does up to gross slip
-    times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
+    way in the last increment and in all; pressed: what pressing adds; last_thin, thin: least error (mJ) of what the
+    last increment and all dissipated in annuli that are thinner than cells. A shear that slips within a rounding
+    dissipates what it does up to gross slip times `largest` squared times `length`: it goes with the third power of the
+    way from a reversal, halved.
     """
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     largest: float = 0.0
     last: float = 0.0
     length: float = 0.0
+    pressed: float = 0.0
+    last_thin: float = 0.0
+    thin: float = 0.0
 
-    def after(self, summary: Summary, carried: float, pressed: float) -> ShearPath:
+    @property
+    def left(self) -> float:
+        """The part of the friction limit that is left, LEAST_LEFT at least."""
+        return max(1.0 - math.hypot(*self.at), LEAST_LEFT)
+
+    def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
         """Return the path after one more increment.
 
-        carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears.
+        carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears;
+        thin: least error (mJ) of what the increment dissipates in an annulus thinner than cells.
         """
         if carried <= 0.0:
-            return replace(self, last=0.0)
+            return replace(self, last=0.0, last_thin=0.0)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
-        last = math.dist(at, self.at)
-        return ShearPath(at, max(self.largest, min(math.hypot(*at) + pressed, 1.0)), last, self.length + last)
+        last = math.dist(at, self.at) + PRESSED_WAY * abs(pressed - self.pressed)
+        largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
+        return ShearPath(at, largest, last, self.length + last, pressed, thin, self.thin + thin)
 
 
 @dataclass(frozen=True)
 class LeastErrors:
     """The least errors of a problem.
 
-    side: the longer side of a cell, mm; slender: SLENDER power of it over the shorter one; sharp: whether a body ends
-    within a cell; ends: whether one ends at all; flattening: pressure (MPa) that would flatten what the cells do not
-    see of height maps; ridges: pressure (MPa) of their ridges beyond that of cells; edges: tips and edges, where
-    pressures are largest.
+    side: the longer side of a cell, mm; slender: it over the shorter one; sharp: whether a body ends within a cell;
+    ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
+    length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
+    (MPa) of their ridges beyond that of cells; edges: tips and edges, where pressures are largest.
     """
 
     model: Model
@@ -128,6 +169,7 @@ class LeastErrors:
     slender: float
     sharp: bool
     ends: bool
+    missed: float
     flattening: float
     ridges: float
     edges: tuple[Edge, ...]
@@ -140,8 +182,10 @@ class LeastErrors:
         side, surfaces = max(cell), setup.case.surface
         radii = [radius for surface in surfaces if (radius := rounding(surface)) is not None]
         sharp = min(radii, default=math.inf) < side
-        slender = 1.0 if setup.model.line else (side / min(cell)) ** SLENDER
-        return cls(setup.model, side, slender, sharp, bool(radii), flattening, ridges, edges(surfaces, setup.grid))
+        missed = max((missed_area(surface, setup.grid) for surface in surfaces), default=0.0) if sharp else 0.0
+        slender = 1.0 if setup.model.line else side / min(cell)
+        found = edges(surfaces, setup.grid)
+        return cls(setup.model, side, slender, sharp, bool(radii), missed, flattening, ridges, found)
 
     def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.
@@ -154,21 +198,32 @@ class LeastErrors:
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
         outline = self._outline(state)
-        self._put_zones(least, summary, outline, ratio)
+        self._put_zones(least, summary, outline, ratio, shear_path)
         least[[WORK, TOTAL]] = DISSIPATED * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
         least[TOTAL] += self._unseen_slip(summary)[1]
+        least[[WORK, TOTAL]] += np.array([shear_path.last_thin, shear_path.thin])
         least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
             [shear_path.last, shear_path.length]
         )
-        arms = MOMENT * self.slender * ratio**FLOOR_ORDER * summary.contact_radius
+        arms = self.slender**SLENDER_MOMENT * ratio**FLOOR_ORDER * summary.contact_radius
+        tilting = MOMENT_ROUNDED if self.ends and not self.sharp else MOMENT
+        turning = TORQUE_ENDS if self.ends else MOMENT
         shear = float(np.hypot(largest[QX], largest[QY]))
         turned = SHARP_MOMENT * outline / radius if self.sharp and radius else 0.0
-        for place, force in ((MX, summary.P), (MY, summary.P), (MZ, shear)):
+        for place, force in ((MX, tilting * summary.P), (MY, tilting * summary.P), (MZ, turning * shear)):
             least[place] = math.hypot(arms * force, least[place], turned * largest[place])
+        if self.sharp and radius:
+            deep = math.hypot(SHARP_DEPTH * outline / radius, ROUNDED_LENGTH * self.missed)
+            least[DISPLACED] = np.hypot(least[DISPLACED], deep * largest[DISPLACED])
+            least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
+            for place, value in ((WORK, summary.work), (TOTAL, summary.work_total)):
+                least[place] = math.hypot(least[place], ROUNDED_ENERGY * self.missed * value)
         if summary.max_pressure:
-            peak = least[PRESSURE] * self.slender + self._hidden_pressure(state)
-            unresolved = min(self.flattening / summary.max_pressure, 1.0)
+            peak = least[PRESSURE] * self.slender**SLENDER + self._hidden_pressure(state)
+            flattened = min(self.flattening / summary.max_pressure, 1.0)
+            unresolved = min(FLATTENED * flattened, 1.0) * flattened
             least += unresolved * largest
+            least[[MX, MY]] += (flattened - unresolved) * largest[[MX, MY]]
             least[[*CONTACT_EXTENTS, *STICK_EXTENTS]] += unresolved * summary.contact_radius
             least[PRESSURE] = peak
         return least
@@ -185,15 +240,17 @@ class LeastErrors:
         last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
         return min(max(RIDGE_EDGE * self.ridges / last, FACET_EDGE), ROUNDED_EDGE) * self.side
 
-    def _put_zones(self, least: DoubleArray, summary: Summary, outline: float, ratio: float) -> None:
+    def _put_zones(
+        self, least: DoubleArray, summary: Summary, outline: float, ratio: float, shear_path: ShearPath
+    ) -> None:
         """Put those of radii, half-widths and middles of the zones; ratio: side over contact radius."""
         end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
-        least[CONTACT] = math.hypot(CONTACT_EDGE * self.slender * self.side * _slenderness(summary), outline)
-        least[STICK] = self._stick_radius(summary, outline, ratio)
+        least[CONTACT] = math.hypot(CONTACT_EDGE * self.slender**SLENDER * self.side * _slenderness(summary), outline)
+        least[STICK] = self._stick_radius(summary, outline, ratio, shear_path)
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
 
-    def _stick_radius(self, summary: Summary, outline: float, ratio: float) -> float:
+    def _stick_radius(self, summary: Summary, outline: float, ratio: float, shear_path: ShearPath) -> float:
         """Return the least error of the stick radius; outline: that of the contact."""
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             # one less than a cell wide that is as long as the contact is in this proportion
@@ -201,9 +258,18 @@ class LeastErrors:
         width = self._unseen_slip(summary)[0]
         if 0 < summary.stick_cells < summary.contact_cells or width:
             edge = math.hypot(STICK_EDGE * self.side, outline)
-            part = (PART_STICK_ENDS if self.ends else PART_STICK) * ratio**PART_STICK_ORDER * summary.contact_radius
-            return math.hypot(edge, part) + width
-        return math.hypot(CONTACT_EDGE * self.slender * self.side * _slenderness(summary), outline)
+            if self.ends:
+                part = PART_STICK_ENDS * max(NEAR_GROSS_SLIP_ENDS / shear_path.left, 1.0)
+            else:
+                part = PART_STICK * max(NEAR_GROSS_SLIP / shear_path.left, 1.0) ** (2.0 / 3.0)
+            part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
+            return math.hypot(edge, part, self._thin_annulus(summary)) + width
+        return math.hypot(CONTACT_EDGE * self.slender**SLENDER * self.side * _slenderness(summary), outline)
+
+    def _thin_annulus(self, summary: Summary) -> float:
+        """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""
+        width = summary.contact_radius - summary.stick_radius
+        return THIN_EDGE * self.side if width < self.side else 0.0
 
     def _hidden_pressure(self, state: State) -> float:
         """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
@@ -240,6 +306,13 @@ class LeastErrors:
         mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
         size = radius**2 if self.model.line else radius**3
         return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus
+
+    def thin_slip(self, summary: Summary) -> float:
+        """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0."""
+        width = (summary.contact_radius - summary.stick_radius) / self.side
+        if not (summary.work and summary.stick_radius and width < THIN_SLIP_CELLS):
+            return 0.0
+        return THIN_SLIP / max(width, THINNEST_SLIP) * summary.work
 
     def sheared_by_pressing(self, summary: Summary) -> float:
         """Return the share of the friction limit that pressing unlike bodies takes near an edge, at most 1.

@@ -31,24 +31,31 @@ class QuantityEstimate:
 
 
 TILTING = QuantityEstimate(order=1.45, between=0.35, floor=0.3)
-DISSIPATED = QuantityEstimate(order=0.85, between=0.35)
+DISSIPATED = QuantityEstimate(order=0.85, between=0.3)
 CONTACT_SIZE = QuantityEstimate(between=0.25)
+CONTACT_RADIUS = QuantityEstimate(order=1.0, between=0.25)
 # On the coarse grid its change by the increments is mostly that of its edge within the cells.
 STICK_SIZE = QuantityEstimate(between=0.25, safety=2.0)
 STICK_RADIUS = QuantityEstimate(between=0.25, safety=2.0, linked=0.2)
 DIFFERENT = {
-    "delta_z": QuantityEstimate(order=1.4, between=0.35, floor=0.06),
-    "max_pressure": QuantityEstimate(order=0.75, floor=0.2),
-    "contact_radius": CONTACT_SIZE,
+    "delta_z": QuantityEstimate(order=1.4, between=0.3, floor=0.06),
+    "max_pressure": QuantityEstimate(order=0.85, between=0.4, floor=0.2),
+    "contact_radius": CONTACT_RADIUS,
     "stick_radius": STICK_RADIUS,
     **{name: CONTACT_SIZE if name.startswith("contact") else STICK_SIZE for name in EXTENTS},
     **dict.fromkeys(("Mx", "My", "phi_x", "phi_y"), TILTING),
     **dict.fromkeys(("work", "work_total"), DISSIPATED),
-    **dict.fromkeys(TANGENTIAL, QuantityEstimate(linked=0.12)),
+    **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=1.1, between=0.45, linked=0.12)),
 }
 
 # Their edges, where the pressure or the shear traction falls smoothly, are found to a small part of a cell.
-SMOOTH = {"contact_radius": 2.0, "stick_radius": 1.5, "max_pressure": 1.4}
+SMOOTH = {
+    "contact_radius": 2.0,
+    "stick_radius": 1.5,
+    "max_pressure": 1.6,
+    "delta_z": 1.7,
+    **dict.fromkeys(TANGENTIAL, 1.35),
+}
 
 
 def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
@@ -72,6 +79,12 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
     for zone in ("contact", "stick")
 )
 """Places of half-widths and middles of the zones."""
+
+DISPLACED = np.array([ESTIMATED.index(name) for name in ("delta_z", "delta_x", "delta_y", "phi_z")])
+"""Places of the displacements, and of the turn about z: a given load needs less of them on a larger area."""
+
+TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
+"""Places of the tilts."""
 
 RADII = np.array([CONTACT, STICK])
 """Places of the radii."""

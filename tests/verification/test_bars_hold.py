@@ -14,7 +14,10 @@ import pytest
 from solving import DISSIMILAR, SPHERE, build
 
 from fretsolve.case.models import Case
+from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import CORRECTED, State, Summary, SummaryErrors
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars import run_with_error_bars
 
 UNLIKE = [{"young_modulus": 136.8e3, "poisson_ratio": nu} for nu in (0.1, 0.4)]
@@ -254,6 +257,76 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         {"grid": {"points": 32}, "load_path": [{"P": 400.0}, *({"Qx": q, "increments": 4} for q in (38.8, -38.8))]},
         {3: {"delta_x": -9.9366e-4, "stick_radius": 0.0931, "work_total": 1.7502e-2}},
     ),
+    "a sharp cylinder whose length is no whole number of cells": (
+        {
+            "bodies": ["rigid", {"young_modulus": 101900.0, "poisson_ratio": 0.21}],
+            "surface": {"cylinder": {"radius": 27.543, "axis": "y", "length": 4.13145}},
+            "friction": 0.029,
+            "grid": {"points": [48, 32], "size": [1.1561, 6.4937]},
+            "load_path": [{"P": 2018.0, "increments": 12}],
+        },
+        {1: {"delta_z": 9.2428e-3, "contact_radius": 1.002, "work_total": 0.018162}},
+    ),
+    "a punch reversed near gross slip": (
+        {
+            "bodies": ["rigid", {"young_modulus": 3900.0, "poisson_ratio": 0.38}],
+            "surface": {"punch": {"radius": 0.31035, "edge_radius": 6.207e-3}},
+            "friction": 0.107,
+            "grid": {"points": [24, 96], "size": [0.8385, 0.8638]},
+            "load_path": [{"P": 294.8, "increments": 1}, {"Qx": 30.6, "increments": 8}, {"Qx": -30.6, "increments": 5}],
+        },
+        {
+            2: {"delta_z": 0.10461, "delta_x": 0.020202, "work_total": 0.24455},
+            3: {"stick_radius": 0.11473, "contact_radius": 0.31034, "My": 0.57922},
+        },
+    ),
+    "a stick zone of three cells of which none sticks": (
+        {
+            "bodies": ["rigid", {"young_modulus": 309500.0, "poisson_ratio": 0.08}],
+            "surface": {"sphere": {"radius": 1.782}},
+            "friction": 0.031,
+            "grid": {"points": 40, "size": [0.1106, 0.1181]},
+            "load_path": [{"P": 21.14, "increments": 8}, {"Qx": 0.6357, "increments": 1}],
+        },
+        {2: {"stick_radius": 3.3623e-3, "delta_x": 4.0263e-5, "work_total": 3.7189e-5}},
+    ),
+    "a concave body sheared on its rounded edge": (
+        {
+            "bodies": ["rigid", {"young_modulus": 117900.0, "poisson_ratio": 0.26}],
+            "surface": [{"sphere": {"radius": -49.68}}, {"punch": {"radius": 0.1242, "edge_radius": 0.0621}}],
+            "friction": 0.063,
+            "grid": {"points": 40, "size": [0.2292, 0.2257]},
+            "load_path": [{"P": 43.17, "increments": 8}, {"Qx": 2.448, "increments": 12, "spacing": "graded"}],
+        },
+        {2: {"My": -0.021826, "stick_radius": 0.016887, "work_total": 4.5996e-4, "max_pressure": 6066.7}},
+    ),
+    "one pressed on that edge between unlike bodies that hardly slip": (
+        {
+            "bodies": ["rigid", {"young_modulus": 188800.0, "poisson_ratio": 0.08}],
+            "surface": [{"sphere": {"radius": -35.54}}, {"punch": {"radius": 0.0888, "edge_radius": 0.0444}}],
+            "friction": 0.925,
+            "grid": {"points": [96, 24], "size": [0.198375, 0.165375]},
+            "load_path": [{"P": 16.64, "My": 0.03506, "increments": 8}],
+        },
+        {1: {"delta_z": 8.6256e-4, "contact_radius": 0.047256, "stick_radius": 0.045908}},
+    ),
+    "the direction of the shear turned in one increment": (
+        {
+            "bodies": [
+                {"young_modulus": 14100.0, "poisson_ratio": 0.45},
+                {"young_modulus": 32206.4, "poisson_ratio": 0.27},
+            ],
+            "surface": {"sphere": {"radius": 5.438}},
+            "friction": 0.023,
+            "grid": {"points": [240, 24], "size": [0.7216, 0.8182]},
+            "load_path": [
+                {"P": 68.84, "increments": 8},
+                {"Qx": 0.665, "increments": 1},
+                {"Qx": 0.6109, "Qy": 0.7275, "increments": 1},
+            ],
+        },
+        {3: {"delta_x": 1.7423e-4, "delta_y": 1.7759e-4, "stick_radius": 0.13709, "work_total": 9.6654e-5}},
+    ),
 }
 
 
@@ -373,6 +446,18 @@ def test_work_of_the_increments_sums_up_to_the_corrected_total() -> None:
     rows = [state.errors for state in states if state.errors is not None]
     total = math.fsum(errors.work_corrected for errors in rows)
     assert total == pytest.approx(rows[-1].work_total_corrected, rel=1e-12)
+
+
+def test_bars_hold_the_energy_of_an_annulus_thinner_than_a_cell() -> None:
+    """A shear of a tenth of the friction limit slips to a thirtieth of the contact radius (Mindlin and Deresiewicz)."""
+    case = build(
+        friction=0.3, grid={"points": 28, "size": 0.72}, load_path=[{"P": 400.0}, {"Qx": 12.0, "increments": 1}]
+    )
+    summary, errors = ends_of_stages(case)[2]
+    pair = set_up(case).model.compliances
+    hertz = hertz_sphere(400.0, 10.0, pair.contact_modulus)
+    first = 0.25 * cattaneo_mindlin(hertz, 0.3, 12.0, pair.tangential).work_per_cycle
+    assert abs(summary.work_total - first) <= errors.work_total_error < 3.0 * first
 
 
 def test_bars_of_an_opened_contact_are_those_of_its_errors() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from solving import build
 
-from fretsolve.model.edges import Edge, edges, rounding
+from fretsolve.model.edges import Edge, edges, missed_area, rounding
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings
 
@@ -76,3 +76,18 @@ def test_roundings_within_a_cell_are_warned_of() -> None:
     assert "edge_radius: the rounding of 0.02 mm fits into a cell of 0.0293 mm" in text
     assert not [one for one in case_warnings(setup_of(punch, points=64)) if "rounding" in one]
     assert not [one for one in case_warnings(setup_of({"punch": {"radius": 0.5}})) if "rounding" in one]
+
+
+def test_cells_miss_a_part_of_a_sharp_outline() -> None:
+    """Cells of 0.03 mm: the centres of 34 lie on a length of 1 mm, those of 34 x 34 on a square of that side."""
+    grid = setup_of({"sphere": {"radius": 10.0}}, points=40).grid
+
+    def missed(surface: dict[str, Any]) -> float:
+        return missed_area(setup_of(surface).case.surface[0], grid)
+
+    for axis in ("x", "y"):
+        assert missed({"cylinder": {"radius": 5.0, "axis": axis, "length": 1.0}}) == pytest.approx(0.02)
+    assert missed({"punch": {"half_width": 0.5}}) == pytest.approx(0.0404)
+    assert 0.0 < missed({"punch": {"radius": 0.5}}) < 0.03
+    assert missed({"cylinder": {"radius": 5.0, "axis": "30 deg", "length": 1.0}}) == 0.0
+    assert missed({"sphere": {"radius": 10.0}}) == 0.0
