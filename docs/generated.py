@@ -161,7 +161,7 @@ def python_pictures() -> Iterator[str]:
     """Return what all functions that draw have in common, and a table of them."""
     module = importlib.import_module(PICTURES)
     yield _paragraphs(inspect.getdoc(module) or "") + "\n"
-    yield "`help(fretsolve.plots.loop)`, and so on, has the arguments and what is drawn by default.\n"
+    yield "After `import fretsolve.plots`, `help(fretsolve.plots.loop)`, and so on, has the arguments and defaults.\n"
     found = {name: _found(PICTURES, name) for name in module.__all__ if name[0].islower()}
     rows = [
         (f"`{name}{_signature(one).partition(' -> ')[0]}`", _in_a_cell(_first_paragraph(one)).removeprefix("Draw "))

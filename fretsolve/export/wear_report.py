@@ -46,10 +46,11 @@ def wear_totals(result: Result) -> Iterator[str]:
     from fretsolve.setup.worn_volume import error_by_grid  # few results have wear
 
     errors = {"the jumps": error or None, "the cells that stick": error_by_grid(result)}
-    spread = ",".join(f" ± {value:.1e} by {cause}" for cause, value in errors.items() if value is not None)
+    bars = [f"± {value:.1e} by {cause}" for cause, value in errors.items() if value is not None]
+    spread = f" ({', '.join(bars)})" if bars else ""
     unit = result.units("wear_volume")
     yield (
-        f"{cycles:g} cycles, for which {counted(len(changes), 'solved cycle')} stand, wear {volume:.5g}{spread} {unit},"
+        f"{cycles:g} cycles, for which {counted(len(changes), 'solved cycle')} stand, wear {volume:.5g} {unit}{spread},"
         f" {in_small_unit(depth, 4)} at the deepest place"
     )
     first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]))

@@ -256,10 +256,11 @@ def test_the_error_by_cells_that_stick_is_shown_and_warned_of(tmp_path: Path) ->
     done = invoke("run", path, "-q", "--set", "load_path.2.cycle.represents=400000", "--set", "grid.size=1 mm")
     with open_result(path.with_suffix(".h5")) as worn:
         error, volume = error_by_grid(worn), worn.history["wear_volume"][-1]
+        by_jumps = worn.history["wear_error"][-1]
         told = " ".join(wear_totals(worn))
     assert error is not None
     assert 0.01 * volume < error < 0.2 * volume
-    assert f", ± {error:.1e} by the cells that stick mm^3" in told
+    assert f" mm^3 (± {by_jumps:.1e} by the jumps, ± {error:.1e} by the cells that stick)," in told
     assert f"which may have changed wear_volume by {100 * error / volume:.2g} %; finer cells" in done.stderr
     # unlike bodies have no closed form of the limit
     unlike = path.read_text().replace("200 GPa", "70 GPa", 1)
