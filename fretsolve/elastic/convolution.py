@@ -77,7 +77,7 @@ class PaddedConvolution:
         self._row_parts = _parts(self._pairs, size * my)
         self._column_parts = _parts(self.columns, size * mx)
         # Each thread has blocks of its own.
-        self._row_blocks: list[list[_Block]] = [[] for _ in self._team.members(self._row_parts)]
+        self._row_blocks: list[_Block] = []
         self._column_blocks: list[list[_Block]] = [[] for _ in self._team.members(self._column_parts)]
 
     def apply(
@@ -94,11 +94,9 @@ class PaddedConvolution:
         count = max(len(fields), len(displacements))
         self._provide_blocks(count)
         spectra = self._team.arrays(count, (self.shape[0], self.columns), self._complex)
-        for field, spectrum in zip(fields, spectra, strict=False):
-            self._transform_rows(field, spectrum)
+        self._transform_rows(fields, spectra)
         self._multiply_columns(kernels, spectra[: len(fields)], spectra[: len(displacements)], turned)
-        for displacement, spectrum in zip(displacements, spectra, strict=False):
-            self._transform_rows(displacement, spectrum, back=True)
+        self._transform_rows(displacements, spectra, back=True)
 
     def apply_in_plane(
         self, spectra: Mapping[Influence, KernelSpectrum], coupling: bool, field: FloatArray, result: FloatArray
@@ -130,12 +128,15 @@ class PaddedConvolution:
             np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two
         return KernelSpectrum(values.astype(self._float, copy=False), odd_x)
 
-    def _transform_rows(self, field: FloatArray, spectrum: ComplexArray, back: bool = False) -> None:
-        """Transform ``field`` (nx, ny) along y into ``spectrum`` (nx, my//2 + 1), or `back`."""
+    def _transform_rows(
+        self, fields: Sequence[FloatArray] | FloatArray, spectra: Sequence[ComplexArray], back: bool = False
+    ) -> None:
+        """Transform each of the `fields` (nx, ny) along y into its spectrum (nx, my//2 + 1), or `back`."""
 
-        def transform(member: int, part: slice) -> None:
-            """Transform the rows of a part and, as their imaginary parts, as many of the lower half."""
-            (block,) = self._row_blocks[member]
+        def transform(member: int, rows: tuple[FloatArray, ComplexArray, slice]) -> None:
+            """Transform the rows of a part of a field and, as their imaginary parts, as many of the lower half."""
+            field, spectrum, part = rows
+            block = self._row_blocks[member]
             lines = block.values[: part.stop - part.start]
             upper, lower = part, slice(self._pairs + part.start, min(self._pairs + part.stop, self.shape[0]))
             if back:
@@ -147,7 +148,9 @@ class PaddedConvolution:
                 block.forward.execute()
                 self._kernels.split_spectra(lines, spectrum[upper], spectrum[lower])
 
-        self._team.share(transform, self._row_parts)
+        # Handed out for all fields at once, which spares a sixth of all hand-outs, of 40 us each.
+        pairs = list(zip(fields, spectra, strict=False))
+        self._team.share(transform, [(*pair, part) for pair in pairs for part in self._row_parts])
 
     def _multiply_columns(
         self,
@@ -199,12 +202,12 @@ class PaddedConvolution:
                 result += field
 
     def _provide_blocks(self, count: int) -> None:
-        """Make a block of rows and `count` blocks of columns for each thread, if they are not there yet."""
+        """Make a block of rows and `count` blocks of columns for each thread that is busy with so many fields."""
         if len(self._column_blocks[0]) >= count:
             return
         (mx, my), rows, columns = self.padded, self._row_parts[0].stop, self._column_parts[0].stop
-        for own in self._row_blocks:
-            own.extend(self._block(rows, my) for _ in range(1 - len(own)))
+        busy = self._team.members(range(count * len(self._row_parts)))
+        self._row_blocks.extend(self._block(rows, my) for _ in busy[len(self._row_blocks) :])
         for own in self._column_blocks:
             own.extend(self._block(columns, mx) for _ in range(count - len(own)))
 
@@ -216,8 +219,12 @@ class PaddedConvolution:
 
 
 def _parts(lines: int, bytes_per_line: int) -> list[slice]:
-    """Cut `lines` into blocks of about equal size near `CACHE_BYTES`."""
-    share = -(-lines // max(1, round(lines * bytes_per_line / CACHE_BYTES)))
+    """Cut `lines` into one block, or an even number of equal ones near `CACHE_BYTES`.
+
+    Two threads would need as long for three blocks as for four: at 512 x 512 points a tenth of an increment.
+    """
+    blocks = lines * bytes_per_line / CACHE_BYTES
+    share = -(-lines // (1 if blocks < 1.0 else 2 * max(1, round(0.5 * blocks))))
     return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
 
 

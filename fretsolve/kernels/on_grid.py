@@ -209,9 +209,10 @@ def in_parts(module: ModuleType, kind: str, compiled: bool, parts: Sequence[tupl
 
 
 def parts_of(shape: tuple[int, int]) -> list[tuple[int, int]]:
-    """Cut the rows of a grid into parts of about equal size near PART_CELLS."""
+    """Cut the rows of a grid into parts of about equal size near PART_CELLS: one, or an even number for two threads."""
     rows, columns = shape
-    size = -(-rows // max(1, round(rows * columns / PART_CELLS)))
+    parts = rows * columns / PART_CELLS
+    size = -(-rows // (1 if parts < 1.5 else 2 * round(0.5 * parts)))
     return [(first, min(first + size, rows)) for first in range(0, rows, size)]
 
 

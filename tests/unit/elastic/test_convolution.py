@@ -123,3 +123,10 @@ def test_whole_arrays_and_blocks_give_the_same(monkeypatch, dtype):
             found.append(np.array(results))
         largest = np.abs(found[0]).max()
         np.testing.assert_allclose(found[0], found[1], atol=100 * np.finfo(dtype).eps * largest)
+
+
+@pytest.mark.parametrize("lines", [3, 7, 50, 128, 170, 256, 301, 512])
+def test_blocks_of_lines_are_one_or_an_even_number(lines: int) -> None:
+    blocks = convolution._parts(lines, convolution.CACHE_BYTES // 50)
+    assert [line for block in blocks for line in range(lines)[block]] == list(range(lines))
+    assert len(blocks) == 1 if lines < 50 else len(blocks) % 2 == 0
