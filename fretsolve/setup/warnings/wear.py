@@ -55,7 +55,7 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
             )
         return
     reach = worn_reach(setup.closed_forms)
-    if reach > 0.5 * min(grid.size) - 1.5 * max(grid.dx, grid.dy):
+    if reach and reach > 0.5 * min(grid.size) - 1.5 * max(grid.dx, grid.dy):
         yield (
             f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"
             f" {2.0 * AREA_MARGIN * reach:.3g} mm would leave room"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from line_cases import line_case
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.commands.messages.wear_summary import wear_lines
@@ -161,6 +162,10 @@ def test_warnings():
     assert text.startswith("wear: half a cycle slips 0.0578 mm, 19 % of the contact radius, but worn profiles keep")
     (text,) = about_wear(worn("delta_x", 10e-3, 1e6, grid={"points": 32, "size": 1.0}))
     assert text.startswith("grid.size: the worn contact may reach 1.17 mm from the grid's middle")
+    # no closed form tells how far the contact of a line reaches
+    cycle = {"represents": 1e3, "stages": [{"Qx": -5.0}, {"Qx": 5.0}]}
+    path = [{"P": 100.0}, {"Qx": 5.0}, {"cycle": cycle}]
+    assert about_wear(set_up(line_case(grid={"points": 48, "size": 0.4}, wear=WEAR, load_path=path))) == []
     ellipsoid = {"ellipsoid": {"radius_x": 10.0, "radius_y": 20.0}}
     grid = {"points": 32, "size": 2.0, "center": [0.6, 0.0]}
     assert about_wear(worn("Qx", 36.0, 1e4, grid=grid, surface=ellipsoid)) == []

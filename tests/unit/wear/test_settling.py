@@ -8,10 +8,11 @@ import pytest
 from line_cases import line_case
 
 from fretsolve import run
+from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.models import Case
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.result.state import Summary
-from fretsolve.wear.jumps import AIM, allowed_error
+from fretsolve.wear.jumps import AIM, FIRST_SHARE, JumpLimits, allowed_error, next_jump
 from fretsolve.wear.progress import SolvedCycle, Worn
 from fretsolve.wear.settling import MOST_LOOKS, excess, excess_per_cycle, is_settled, require_periodic
 
@@ -34,6 +35,13 @@ def test_slip_between_unlike_bodies_shakes_down_before_the_first_jump():
     cycles = cycles_of(0.0279, 0.009095, 0.008901, 0.00881, 0.008765, 0.00874, jumps={})
     settled = [is_settled(cycles[:count], 0.01, 0.01) for count in range(1, 7)]
     assert settled == [False, False, False, False, False, True]
+
+
+@pytest.mark.parametrize(("steady", "first"), [(math.inf, 1e3), (200.0, FIRST_SHARE * 200.0), (9.0, 2.0), (1.0, 1.0)])
+def test_the_first_jump_is_a_part_of_those_over_which_friction_stays_nearly_the_same(steady, first):
+    cycles = cycles_of(1.0, 1.0, 1.0, jumps={})
+    limits = JumpLimits(depth=1e-9, scale=0.01, left=1e4, most=steady)
+    assert next_jump(cycles, WearJumps(1e4), limits, 0.01) == first
 
 
 def test_one_more_cycle_is_solved_after_a_jump_until_a_look_shows_that_it_does_not_matter():
