@@ -55,12 +55,12 @@ def wear_totals(result: Result) -> Iterator[str]:
     )
     first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]))
     if first > 0.0 and _cycles_that_wear(result) == 1:
-        change = 100.0 * (last / first - 1.0)
+        change = float(f"{100.0 * (last / first - 1.0):.2g}")
         # between unlike bodies each jump may take some of the stick zone
         unknown = "; its error is not estimated: compare a smaller tolerance" if result.coupling == "full" else ""
         yield (
             f"stick area at the end of the first solved cycle {first:.4g}, of the last one {last:.4g}"
-            f" {result.units('stick_area')} ({change:+.2g} %){unknown}"
+            f" {result.units('stick_area')} ({change:+g} %){unknown}"
         )
 
 
