@@ -7,6 +7,7 @@ The steps C2 to C6 are those of docs/theory.md.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -202,7 +203,7 @@ class Examiner:
         moved = distance > least_slip_of_zones(self.tolerance, self._moved(solution, motion, farthest))
         zone = zones(contact, reached & moved if self.friction else contact)
         # C5: slip of cells below the limit, direction of the others'
-        if not np.isfinite(distance).all():
+        if not math.isfinite(farthest):
             return slip, zone, np.inf, np.inf
         stick = float(distance[contact & ~reached].max(initial=0.0)) / motion
         slipped = (distance > 0.0) & reached

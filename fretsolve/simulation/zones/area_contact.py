@@ -21,7 +21,7 @@ from fretsolve.system.arrays import FloatArray, Vector
 UNMEASURED = {
     f"{zone}_{name}": math.nan for zone in ("contact", "stick") for name in ("area", "radius", *Extent._fields)
 }
-"""The sizes of zones that are not measured."""
+"""The sizes of zones that are not measured, by the names that sizes have."""
 
 
 class _Outline(NamedTuple):
@@ -41,6 +41,11 @@ def spot_counts(pressure: FloatArray) -> dict[str, int]:
     labels, count = ndimage.label(pressure > 0.0, structure=np.ones((3, 3)))
     cells = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     return dict(zip(SPOTS, (int(count), int(np.count_nonzero(cells < FEWEST_SPOT_CELLS))), strict=True))
+
+
+def _radius_too(area: float) -> tuple[float, float]:
+    """Return an area and the radius of the circle that has it."""
+    return area, math.sqrt(area / math.pi)
 
 
 class AreaContact:
@@ -73,15 +78,11 @@ class AreaContact:
             shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
         fields = ZoneFields(solution.pressure, evidence.gap, shear, limit, slip, evidence.zone)
         stick = stick_edge(fields, setup.grid, setup.model.compliances, contact.edge)
-        found = [("contact", contact.area, contact.extent)]
-        if stick is contact.edge:
-            found.append(("stick", contact.area, contact.extent))
-        else:
-            found.append(("stick", min(zone_area(stick), contact.area), zone_extent(stick)))
-        sizes: dict[str, float] = {}
-        for zone, area, extent in found:
-            sizes |= {f"{zone}_area": area, f"{zone}_radius": math.sqrt(area / math.pi)}
-            sizes |= {f"{zone}_{name}": value for name, value in extent._asdict().items()}
+        area, extent = contact.area, contact.extent
+        if stick is not contact.edge:
+            area, extent = min(zone_area(stick), area), zone_extent(stick)
+        values = (*_radius_too(contact.area), *contact.extent, *_radius_too(area), *extent)
+        sizes: dict[str, Any] = dict(zip(UNMEASURED, values, strict=True))
         return sizes | (spot_counts(solution.pressure) if self._may_have_spots else {})
 
     def _contact(self, pressure: FloatArray, gap: FloatArray) -> _Outline:

@@ -21,6 +21,9 @@ Share = Callable[[FloatArray], FloatArray]
 MARGIN_CELLS = 4
 """Cells kept around a zone, to which a link's share may refer."""
 
+RIGHT, AHEAD = np.array([[0], [1], [0], [1]]), np.array([[0], [0], [1], [1]])
+"""Steps along y and x from the first corner of a square between four centres to each of its corners."""
+
 
 @dataclass(frozen=True)
 class CellPart:
@@ -48,14 +51,17 @@ class CellPart:
         slices = slice(max(top, 0), bottom), slice(max(left, 0), right)
         missing = (max(-top, 0), max(bottom - grid.nx, 0)), (max(-left, 0), max(right - grid.ny, 0))
         inside = _with_border(zone[slices], missing, False)
-        deep = inside.copy()  # the margin lies outside of the zone
+        width = inside.shape[1]
+        inside = inside.ravel()
+        deep = inside.copy()
+        # the margin lies outside of the zone, so that neighbours in the rows before and after do not count
         if grid.nx > 1:
-            deep[1:-1] &= inside[2:] & inside[:-2]
+            deep[width:-width] &= inside[2 * width :] & inside[: -2 * width]
         if grid.ny > 1:  # a single row of cells, as in line contact, has neighbours along x alone
-            deep[:, 1:-1] &= inside[:, 2:] & inside[:, :-2]
+            deep[1:-1] &= inside[2:] & inside[:-2]
         x, y = grid.x0 + (top - (grid.nx - 1) / 2) * grid.dx, grid.y0 + (left - (grid.ny - 1) / 2) * grid.dy
-        width, spacing, corner, is_row = inside.shape[1], (grid.dx, grid.dy), (float(x), float(y)), 1 in grid.shape
-        return cls(slices, missing, width, spacing, corner, is_row, inside.ravel(), deep.ravel())
+        spacing, corner, is_row = (grid.dx, grid.dy), (float(x), float(y)), 1 in grid.shape
+        return cls(slices, missing, width, spacing, corner, is_row, inside, deep)
 
     def cut(self, field: NDArray[Number], beyond: float) -> NDArray[Number]:
         """Return the part's cells of a field (nx, ny), in one row; `beyond` past the grid's border."""
@@ -111,11 +117,12 @@ class Front:
         cells = part.inside.view(np.uint8)
         # squares by their first corner; one that wraps round to the next row lies in the margin, outside
         count = cells[: -width - 1] + cells[1:-width] + cells[width:-1] + cells[width + 1 :]
-        corner, whole = np.flatnonzero((count - 1) < 3), int(np.count_nonzero(count == 4))  # unsigned: 0 becomes large
+        corner, whole = ((count - 1) < 3).nonzero()[0], int(np.count_nonzero(count == 4))  # unsigned: 0 becomes large
         count = count[corner]
-        near, right, ahead, across = cells.take(corner + np.array([[0], [1], [width], [width + 1]]))
-        starts, ends = np.array([near, right, near, ahead]), np.array([ahead, across, right, across])
-        crossed = np.flatnonzero(starts != ends)
+        corners = cells.take(corner + (AHEAD * width + RIGHT))
+        # from the near corner along x, from that to its right; from the near one along y, from that ahead
+        starts = np.concatenate([corners[:2], corners[::2]])
+        crossed = (starts != np.concatenate([corners[2:], corners[1::2]])).ravel().nonzero()[0]
         side, square = np.divmod(crossed, corner.size)
         along_y = side >= 2
         first = corner[square] + np.array([0, 1, 0, width])[side]
@@ -123,7 +130,7 @@ class Front:
         from_first = starts.ravel()[crossed] != 0
         inner, outer = np.where(from_first, first, second), np.where(from_first, second, first)
         links = Links(inner, outer, along_y, np.where(along_y, dy, dx))
-        opposite = (count == 2) & (near == across)
+        opposite = (count == 2) & (corners[0] == corners[3])
         return cls(count, opposite, whole, starts.astype(np.float64), crossed, square, links)
 
     def shares(self, lever: FloatArray, share: Share) -> FloatArray:

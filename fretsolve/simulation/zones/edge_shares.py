@@ -23,7 +23,7 @@ from fretsolve.elastic.rounding import TINY
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.cell_front import CellPart, Links, Share
-from fretsolve.system.arrays import FloatArray, IndexArray, vector_lengths
+from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, vector_lengths
 
 LEVER, LEVER_ALONG, LEVER_SLANTING, LEVER_MOST = 0.9, 0.58, 0.5, 0.94
 """The lever of a front at an angle t to the cells is LEVER_ALONG + LEVER_SLANTING sin 2t, but no more than LEVER_MOST;
@@ -63,6 +63,10 @@ like s^(3/2) where the front has moved by some cells, gives its place: on a fron
 cells are counted where the slip of the third cell is farther from that law than the latter part of it."""
 
 
+ROWS_AROUND, COLUMNS_AROUND = np.indices((3, 3)).reshape(2, 9, 1) - 1
+"""Steps along x and y from a cell to those around it."""
+
+
 class ZoneFields(NamedTuple):
     """The fields of an increment that its zones follow from.
 
@@ -86,7 +90,7 @@ def contact_share(part: CellPart, links: Links, pressure: FloatArray, gap: Float
 
 def stick_share(part: CellPart, links: Links, fields: ZoneFields, materials: Compliances) -> Share:
     """Return the shares at the edge of the stick zone, past which cells slip or are open."""
-    to_slip = np.flatnonzero(part.cut(fields.zone == Zone.SLIP, False)[links.outer])
+    to_slip = part.cut(fields.zone == Zone.SLIP, False)[links.outer].nonzero()[0]
     if to_slip.size == links.outer.size:
         return _slip_share(part, links, fields, materials)
     share = contact_share(part, links, fields.pressure, fields.gap, materials)
@@ -113,22 +117,33 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
     growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
     growing &= first < second / 2.0**GAINED  # where the front is within the link
-    expected = first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET
-    ratio = (np.where(growing, first, 0.0) / np.where(growing, second, 1.0)) ** (1.0 / GAINED)
-    gained = ratio / (1.0 - ratio) + GAINED_BEYOND
-
-    def share(lever: FloatArray) -> FloatArray:
-        found = by_slip(lever)
-        excess = found - expected
-        trusted = np.maximum(expected + np.minimum(excess, np.maximum(2.0 * TRUST - excess, 0.0)), 0.0)
-        return np.where(growing, gained, np.where(receding, trusted, found))
-
-    at_limit = np.flatnonzero(first <= AT_THE_LIMIT * friction_limit[inner])
+    # most increments have only one of these kinds of front
+    share = by_slip
+    if receding.any():
+        share = _trusted(share, receding, first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET)
+    if growing.any():
+        places = growing.nonzero()[0]
+        ratio = (first[places] / second[places]) ** (1.0 / GAINED)
+        gained = ratio / (1.0 - ratio) + GAINED_BEYOND
+        share = _replaced(share, places, lambda lever: gained)
+    at_limit = (first <= AT_THE_LIMIT * friction_limit[inner]).nonzero()[0]
     if not at_limit.size:
         return share
     past = outer[at_limit] + np.arange(3)[:, None] * (outer - inner)[at_limit]
     inside = _share_by_slip(*np.hypot(slip_x[past], slip_y[past]))
     return _replaced(share, at_limit, lambda lever: inside + inset_by(lever))
+
+
+def _trusted(share: Share, receding: BoolArray, expected: FloatArray) -> Share:
+    """Return `share` with the values of `receding` links (k,) replaced as far as they exceed those `expected`."""
+
+    def trusted(lever: FloatArray) -> FloatArray:
+        found = share(lever)
+        excess = found - expected
+        nearer = np.maximum(expected + np.minimum(excess, np.maximum(2.0 * TRUST - excess, 0.0)), 0.0)
+        return np.where(receding, nearer, found)
+
+    return trusted
 
 
 def _replaced(share: Share, places: IndexArray, other: Share) -> Share:
@@ -166,7 +181,7 @@ def _balance(part: CellPart, links: Links, load: FloatArray, opening: FloatArray
 
     load: of the part's cells; opening: at the links' outer cells, times a modulus, for a lever of 1.
     """
-    around = links.inner + np.array([i * part.width + j for i in (-1, 0, 1) for j in (-1, 0, 1)])[:, None]
+    around = links.inner + (ROWS_AROUND * part.width + COLUMNS_AROUND)
     steepest = STEEPEST * links.length * (load * part.deep).take(around).max(axis=0)
     carried = load[links.inner] * links.length
 

@@ -27,13 +27,12 @@ def zone_area(edge: ZoneEdge | None) -> float:
     count = front.count
     part_inside = np.where(count <= 2, 0.5 * x * y, 1.0 - 0.5 * (2.0 - x) * (2.0 - y))
     fits = ~(front.opposite | np.isnan(part_inside))
-    fitting = count[fits]
-    counted = (count.sum() - fitting.sum()) / 4.0
+    ones, twos, threes = np.bincount(count[fits], minlength=4)[1:].tolist()
+    counted = (int(count.sum()) - (ones + 2 * twos + 3 * threes)) / 4.0
     area = (front.whole + counted + part_inside[fits].sum()) * dx * dy
     cell = (run_y * dx**2 + run_x * dy**2) / np.maximum(run_y * dx + run_x * dy, TINY)
     inset = edge.inset * cell
-    turns = 0.25 * (np.count_nonzero(fitting == 1) - np.count_nonzero(fitting == 3))
-    return float(max(area - _rim(edge.length[fits], inset[fits], turns), 0.0))
+    return float(max(area - _rim(edge.length[fits], inset[fits], 0.25 * (ones - threes)), 0.0))
 
 
 def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:

@@ -73,7 +73,7 @@ def stick_edge(fields: ZoneFields, grid: Grid, materials: Compliances, contact: 
     sticking = fields.zone == Zone.STICK
     if not sticking.any():
         return None
-    if not np.any(fields.zone == Zone.SLIP):
+    if not (fields.zone == Zone.SLIP).any():
         return contact
     part = CellPart.around(sticking, grid)
     front = Front.of(part)

@@ -39,15 +39,16 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     place = np.where(links.along_y, column, row) - middle[across]
     # crossings within two cells of the zone's ends, which are MARGIN_CELLS from the part's
     depth = (middle + (1.0 - MARGIN_CELLS))[across] - np.abs(place)
-    near = np.flatnonzero(depth < 1.5)
+    near = (depth < 1.5).nonzero()[0]
     depth = depth[near]
     beyond = edge.shares.ravel()[front.crossed[near]] - edge.inset[front.square[near]] - depth
     # the farthest crossing of each row, towards -x, +x, -y, +y, in cells beyond the zone's outermost middles
     line, towards = np.where(links.along_y, row, column)[near], 2 * across[near] + (place[near] > 0.0)
     ends = np.full((4, int(line.max()) + 2), -math.inf)
     np.fmax.at(ends, (towards, line), beyond)
-    unknown = np.flatnonzero(np.isnan(beyond) & (ends[towards, line] == -math.inf))
-    ends[towards[unknown], line[unknown]] = 0.5 - depth[unknown]  # where no smooth edge fits
+    if (unknown := np.isnan(beyond)).any():  # where no smooth edge fits
+        unknown &= ends[towards, line] == -math.inf
+        ends[towards[unknown], line[unknown]] = 0.5 - depth[unknown]
     low_x, high_x, low_y, high_y = map(_farthest, ends)
     half_x, half_y = middle - MARGIN_CELLS
     return Extent(
