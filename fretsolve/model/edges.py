@@ -31,6 +31,10 @@ SLIPPING, SEEN = 2.0, 1.5
 the singularity K_q of the shear traction: it slips up to d K_q / mu K from the edge, by K_q (d K_q / mu K)^(1/2) / E*.
 Punches in plane strain have 1.2 to 1.7, round ones 0.8. From d = SEEN cells on, these see it."""
 
+REACH, CONCENTRATED = 1.2, 1.5
+"""Share of the friction limit near a sharp edge over that of the cell there, at most, between like bodies; and that at
+corners over that of the whole contact."""
+
 ALIGNED = 1e-6
 """Largest sine of the angle between a cylinder and an axis of the grid at which its ends run along cells."""
 
@@ -76,6 +80,22 @@ class Edge:
         depth = self._depth(_singularity(largest, side), contact_modulus)
         squares = _singularity(1.0, side) ** 2 * float(np.square(at_edge).sum()) * side
         return SLIPPING * friction**2 * squares * depth / contact_modulus if depth < SEEN * side else 0.0
+
+    def hidden_stress(self, limit: DoubleArray, shear: DoubleArray, share: float, unlike: float) -> float:
+        """Return the sum over cells of limit^2 (MPa^2) times the part by which the shear within one may exceed it.
+
+        0 where the edge is rounded. limit, shear: friction limit and shear traction of the cells, MPa; share:
+        largest part so far of what friction carries; unlike: what pressing unlike bodies adds to it from a cell to a quarter of one.
+        """
+        limit, shear = limit[self.near], shear[self.near]
+        largest = float(limit.max(initial=0.0))
+        if largest == 0.0 or self.radius:
+            return 0.0
+        # As the pressure does, the shear traction concentrates at corners, also where it has been taken off by now.
+        at_corners = CONCENTRATED * share * limit / largest
+        shares = np.minimum(np.maximum(shear / np.maximum(limit, 1e-6 * largest), at_corners), 1.0)
+        beyond = np.clip(REACH * shares + unlike - 1.0, 0.0, 1.0)
+        return float((limit**2 * beyond).sum())
 
     def _depth(self, factor: float, contact_modulus: float) -> float:
         """Return the depth d (mm) at the factor K."""

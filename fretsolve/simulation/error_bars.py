@@ -21,7 +21,7 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
-from fretsolve.simulation.least_errors import LeastErrors, ShearPath
+from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.quantity_estimates import (
     BETWEEN,
     CONTACT,
@@ -36,6 +36,7 @@ from fretsolve.simulation.quantity_estimates import (
     TOTAL,
     WORK,
 )
+from fretsolve.simulation.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -51,6 +52,10 @@ of the linked error that is left in them."""
 ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
 slip otherwise."""
+
+ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
+"""The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
+them; where only the former has, they have the factors above."""
 
 LARGEST_CHANGE = 0.1
 """Change by the increments, over the largest value so far, beyond which corrected values are no surer than those as
@@ -105,7 +110,8 @@ class ErrorBars:
         self._summaries: list[Summary] = []
         self._largest, self._shear_path = np.zeros(len(ESTIMATED)), ShearPath()
         self._safety = SAFETY.copy()
-        self._safety[RADII] *= PRESSED_AT_ONCE if pressed_at_once(setup) else 1.0
+        self._at_once = pressed_at_once(setup)
+        self._safety[RADII] *= PRESSED_AT_ONCE if self._at_once else 1.0
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -150,7 +156,7 @@ class ErrorBars:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         pressed = self._least_errors.sheared_by_pressing(summary)
-        thin = self._least_errors.thin_slip(summary)
+        thin = self._least_errors.thin_slip(summary, self._setup.load_path.counts[summary.stage - 1])
         self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed, thin)
 
     def _carried(self, summary: Summary) -> float:
@@ -209,7 +215,14 @@ class ErrorBars:
         alone = (LINKED > 0.0) & CORRECTABLE & (self._path.counts[stage] == 1)
         corrected = np.where(alone, CORRECTED_ALONE, CORRECTED_SAFETY)
         corrected[[MX, MY]] = SAFETY[[MX, MY]]
-        return np.where(alone, ALONE, self._safety), corrected
+        safety = np.where(alone, ALONE, self._safety)
+        if self._at_once:
+            slipping = (LINKED > 0.0) & CORRECTABLE
+            slipping[[WORK, TOTAL]] = True
+            both = 1 in self._path.counts[1 : stage + 1]
+            safety = np.where(slipping, ALONE_AT_ONCE if both else ALONE, safety)
+            corrected = np.where(slipping, CORRECTED_AT_ONCE if both else CORRECTED_ALONE, corrected)
+        return safety, corrected
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments that their change of the dissipated energy lets expect."""

@@ -4,7 +4,7 @@ zones and slip annuli that fit between the cells, and heights that are finer tha
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,14 +31,15 @@ from fretsolve.simulation.quantity_estimates import (
     TOTAL,
     WORK,
 )
+from fretsolve.simulation.shear_path import ShearPath
 from fretsolve.system.arrays import DoubleArray
 
 FLOOR_ORDER = 2.0
 """Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
 radius a."""
 
-DISSIPATED, DISSIPATED_ORDER = 0.12, 1.5
-"""Least error of the dissipated energy over its own value, in the same way."""
+DISSIPATED, DISSIPATED_FACETS, DISSIPATED_ORDER = 0.12, 0.4, 1.5
+"""Least error of the dissipated energy over its own value, in the same way, and that on facets of a height map."""
 
 CONTACT_EDGE, STICK_EDGE = 0.0075, 0.03
 """Least error of the radii over h; that of a stick zone which fills the contact is the contact's."""
@@ -63,9 +64,10 @@ SLENDER, SLENDER_MOMENT = 0.3, 0.5
 """Powers of a cell's long over its short side with which some least errors grow, and those of moments: the edges of the
 zones cross few rows of slender cells, and errors by their places average less."""
 
-MOMENT, MOMENT_ROUNDED, TORQUE_ENDS = 0.015, 0.04, 0.25
+MOMENT, MOMENT_ENDS, TORQUE_ENDS, MOMENT_MAPS = 0.015, 0.04, 0.25, 0.15
 """Least error of Mx and My over (h/a)^FLOOR_ORDER P a, and of Mz with the shear force: they sum up tractions of
-opposite effect. Those at roundings are largest, and the shear traction at an end is, which turns with long arms."""
+opposite effect. Those at ends are largest, and the shear traction there is, which turns with long arms. Also of Mx and
+My with the shear force where unlike bodies touch on a height map."""
 
 SHARP_MOMENT = 3.0
 """Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
@@ -80,6 +82,13 @@ FLATTENED = 2.0
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
 them: where the pressure is less, near the edge, the bodies touch in part. At most that part."""
 
+HIDDEN_SLIP = 0.5
+"""Energy that slip within the cells at a sharp edge dissipates, over A h / E* times the sum of (mu p)^2 times what the
+shear goes beyond it, with the area A and the shorter side h of a cell."""
+
+FEW_STICK = 0.35
+"""Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
+
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
 
@@ -88,16 +97,9 @@ NEAR_GROSS_SLIP, NEAR_GROSS_SLIP_ENDS = 0.1, 0.25
 do not end, as for a sphere c^3 = a^3 (1 - Q/mu P), and by the power 1 where one does, as a flat punch slips everywhere
 at once."""
 
-LEAST_LEFT = 0.01
-"""Part of the friction limit that counts as left, at least."""
-
 SHARP_DEPTH, ROUNDED_LENGTH, ROUNDED_ENERGY = 1.0, 1.0, 1.5
 """Where a body ends sharply, least relative error of displacements over that of the radius of the outline, and over the
 part by which cells miss its area, which also shows in the dissipated energy. Tilts have SHARP_MOMENT times as much."""
-
-PRESSED_WAY = 0.1
-"""Way of the shear that pressing unlike bodies is worth at an edge, over the share of the friction limit that it takes
-there: each part of the contact that touches later slips less."""
 
 THIN_EDGE = 0.15
 """Least error of the stick radius over h where the slip annulus is thinner than a cell."""
@@ -105,6 +107,14 @@ THIN_EDGE = 0.15
 THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
 """Least relative error of what an increment dissipates in an annulus thinner than THIN_SLIP_CELLS cells, over h over
 its width, which counts as THINNEST_SLIP h at least."""
+
+UNSHEARED = 1e-3
+"""Part of the friction limit below which a load is one of pressing alone."""
+
+PRESSED_STEPS, PRESSED_CELLS = 6.0, 3.0
+"""Least relative error, at most 1, of what pressing unlike bodies dissipates in an annulus thinner than PRESSED_CELLS
+cells, over one over the number of increments: coarse runs see next to no annulus, and not what more increments change.
+"""
 
 ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
 """A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
@@ -115,53 +125,14 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 
 
 @dataclass(frozen=True)
-class ShearPath:
-    """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
-
-    at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
-    way in the last increment and in all; pressed: what pressing adds; last_thin, thin: least error (mJ) of what the
-    last increment and all dissipated in annuli that are thinner than cells. A shear that slips within a rounding
-    dissipates what it does up to gross slip times `largest` squared times `length`: it goes with the third power of the
-    way from a reversal, halved.
-    """
-
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    largest: float = 0.0
-    last: float = 0.0
-    length: float = 0.0
-    pressed: float = 0.0
-    last_thin: float = 0.0
-    thin: float = 0.0
-
-    @property
-    def left(self) -> float:
-        """The part of the friction limit that is left, LEAST_LEFT at least."""
-        return max(1.0 - math.hypot(*self.at), LEAST_LEFT)
-
-    def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
-        """Return the path after one more increment.
-
-        carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears;
-        thin: least error (mJ) of what the increment dissipates in an annulus thinner than cells.
-        """
-        if carried <= 0.0:
-            return replace(self, last=0.0, last_thin=0.0)
-        # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
-        arm = summary.contact_radius / 1.5
-        at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
-        last = math.dist(at, self.at) + PRESSED_WAY * abs(pressed - self.pressed)
-        largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
-        return ShearPath(at, largest, last, self.length + last, pressed, thin, self.thin + thin)
-
-
-@dataclass(frozen=True)
 class LeastErrors:
     """The least errors of a problem.
 
     side: the longer side of a cell, mm; slender: it over the shorter one; sharp: whether a body ends within a cell;
     ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
     length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
-    (MPa) of their ridges beyond that of cells; edges: tips and edges, where pressures are largest.
+    (MPa) of their ridges beyond that of cells; maps: whether there are height maps; edges: tips and edges, where
+    pressures are largest.
     """
 
     model: Model
@@ -172,6 +143,7 @@ class LeastErrors:
     missed: float
     flattening: float
     ridges: float
+    maps: bool
     edges: tuple[Edge, ...]
 
     @classmethod
@@ -185,7 +157,8 @@ class LeastErrors:
         missed = max((missed_area(surface, setup.grid) for surface in surfaces), default=0.0) if sharp else 0.0
         slender = 1.0 if setup.model.line else side / min(cell)
         found = edges(surfaces, setup.grid)
-        return cls(setup.model, side, slender, sharp, bool(radii), missed, flattening, ridges, found)
+        maps = any(surface.kind == "heights" for surface in surfaces)
+        return cls(setup.model, side, slender, sharp, bool(radii), missed, flattening, ridges, maps, found)
 
     def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.
@@ -198,19 +171,26 @@ class LeastErrors:
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
         outline = self._outline(state)
-        self._put_zones(least, summary, outline, ratio, shear_path)
-        least[[WORK, TOTAL]] = DISSIPATED * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
+        self._put_zones(least, summary, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
+        dissipated = DISSIPATED_FACETS if self.ridges else DISSIPATED
+        least[[WORK, TOTAL]] = dissipated * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
         least[TOTAL] += self._unseen_slip(summary)[1]
         least[[WORK, TOTAL]] += np.array([shear_path.last_thin, shear_path.thin])
         least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
             [shear_path.last, shear_path.length]
         )
+        at_sharp_edges = self._energy_at_sharp_edges(state, shear_path)
+        ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
+        part = shear_path.last / shear_path.length if shear_path.length else 0.0
+        least[[WORK, TOTAL]] += at_sharp_edges * ways * np.array([part, 1.0])
         arms = self.slender**SLENDER_MOMENT * ratio**FLOOR_ORDER * summary.contact_radius
-        tilting = MOMENT_ROUNDED if self.ends and not self.sharp else MOMENT
+        tilting = MOMENT_ENDS if self.ends else MOMENT
         turning = TORQUE_ENDS if self.ends else MOMENT
         shear = float(np.hypot(largest[QX], largest[QY]))
         turned = SHARP_MOMENT * outline / radius if self.sharp and radius else 0.0
-        for place, force in ((MX, tilting * summary.P), (MY, tilting * summary.P), (MZ, turning * shear)):
+        on_maps = MOMENT_MAPS * shear if self.model.coupled and self.maps else 0.0
+        tilt = math.hypot(tilting * summary.P, on_maps)
+        for place, force in ((MX, tilt), (MY, tilt), (MZ, turning * shear)):
             least[place] = math.hypot(arms * force, least[place], turned * largest[place])
         if self.sharp and radius:
             deep = math.hypot(SHARP_DEPTH * outline / radius, ROUNDED_LENGTH * self.missed)
@@ -263,7 +243,8 @@ class LeastErrors:
             else:
                 part = PART_STICK * max(NEAR_GROSS_SLIP / shear_path.left, 1.0) ** (2.0 / 3.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
-            return math.hypot(edge, part, self._thin_annulus(summary)) + width
+            few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
+            return math.hypot(edge, part, few, self._thin_annulus(summary)) + width
         return math.hypot(CONTACT_EDGE * self.slender**SLENDER * self.side * _slenderness(summary), outline)
 
     def _thin_annulus(self, summary: Summary) -> float:
@@ -297,6 +278,18 @@ class LeastErrors:
         energies = (edge.hidden_energy(state.fields.pressure, self.side, modulus, friction) for edge in self.edges)
         return shear_path.largest**2 * sum(energies)
 
+    def _energy_at_sharp_edges(self, state: State, shear_path: ShearPath) -> float:
+        """Return what slip within the cells at sharp edges dissipates (mJ), per length of the path."""
+        if not (self.ends and shear_path.largest and any(edge.radius == 0.0 for edge in self.edges)):
+            return 0.0
+        modulus, mismatch = self.model.compliances.contact_modulus, abs(self.model.compliances.dundurs_constant)
+        limit = self.model.friction * state.fields.pressure.astype(np.float64)
+        shear = np.hypot(*state.fields.shear.astype(np.float64))
+        unlike = mismatch * math.log(4.0) / (math.pi * self.model.friction) if self.model.coupled else 0.0
+        stresses = sum(edge.hidden_stress(limit, shear, shear_path.largest, unlike) for edge in self.edges)
+        size = self.side**2 if self.model.line else self.side**3 / self.slender**2
+        return HIDDEN_SLIP * stresses * size / modulus
+
     def _unseen_slip(self, summary: Summary) -> tuple[float, float]:
         """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for the cells; 0 for others."""
         width = ANNULUS * (1.0 - spence_ratio(self.model)) * summary.contact_radius
@@ -307,12 +300,19 @@ class LeastErrors:
         size = radius**2 if self.model.line else radius**3
         return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus
 
-    def thin_slip(self, summary: Summary) -> float:
-        """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0."""
+    def thin_slip(self, summary: Summary, count: int) -> float:
+        """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0.
+
+        count: number of increments of its stage.
+        """
         width = (summary.contact_radius - summary.stick_radius) / self.side
-        if not (summary.work and summary.stick_radius and width < THIN_SLIP_CELLS):
+        if not (summary.work and summary.stick_radius and width < PRESSED_CELLS):
             return 0.0
-        return THIN_SLIP / max(width, THINNEST_SLIP) * summary.work
+        thin = THIN_SLIP / max(width, THINNEST_SLIP) if width < THIN_SLIP_CELLS else 0.0
+        sheared = math.hypot(summary.Qx, summary.Qy, summary.Mz / summary.contact_radius)
+        if self.model.coupled and sheared < UNSHEARED * self.model.friction * summary.P:
+            thin = max(thin, min(PRESSED_STEPS / count, 1.0))
+        return thin * summary.work
 
     def sheared_by_pressing(self, summary: Summary) -> float:
         """Return the share of the friction limit that pressing unlike bodies takes near an edge, at most 1.
