@@ -85,7 +85,8 @@ class Edge:
         """Return the sum over cells of limit^2 (MPa^2) times the part by which the shear within one may exceed it.
 
         0 where the edge is rounded. limit, shear: friction limit and shear traction of the cells, MPa; share:
-        largest part so far of what friction carries; unlike: what pressing unlike bodies adds to it from a cell to a quarter of one.
+        largest part so far of what friction carries; unlike: what pressing unlike bodies adds to
+        the share of the shear from a cell to a quarter of one.
         """
         limit, shear = limit[self.near], shear[self.near]
         largest = float(limit.max(initial=0.0))

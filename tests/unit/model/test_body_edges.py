@@ -91,3 +91,14 @@ def test_cells_miss_a_part_of_a_sharp_outline() -> None:
     assert 0.0 < missed({"punch": {"radius": 0.5}}) < 0.03
     assert missed({"cylinder": {"radius": 5.0, "axis": "30 deg", "length": 1.0}}) == 0.0
     assert missed({"sphere": {"radius": 10.0}}) == 0.0
+
+
+def test_sharp_edges_hide_slip_near_the_friction_limit_alone() -> None:
+    sharp = Edge(0.0, np.ones((2, 1), dtype=bool))
+    limit = np.array([[30.0], [10.0]])
+    assert sharp.hidden_stress(limit, 0.5 * limit, 0.3, 0.0) == 0.0
+    assert sharp.hidden_stress(limit, 0.9 * limit, 0.3, 0.0) == pytest.approx((30.0**2 + 10.0**2) * 0.08)
+    # the shear that is gone by now was largest where the pressure is
+    assert sharp.hidden_stress(limit, 0.0 * limit, 0.6, 0.0) == pytest.approx(30.0**2 * 0.08)
+    assert sharp.hidden_stress(limit, 0.5 * limit, 0.3, 0.5) == pytest.approx((30.0**2 + 10.0**2) * 0.1)
+    assert Edge(0.1, sharp.near).hidden_stress(limit, limit, 1.0, 0.0) == 0.0
