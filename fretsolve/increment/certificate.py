@@ -209,7 +209,8 @@ class Examiner:
         slipped = (distance > 0.0) & reached
         if not self.friction or not slipped.any():
             return slip, zone, stick, 0.0
-        (q_x, q_y), (s_x, s_y) = solution.shear[:, slipped], slip[:, slipped]
+        # one component after another: NumPy takes four times as long for both at once
+        q_x, q_y, s_x, s_y = (component[slipped] for component in (*solution.shear, *slip))
         # + 0.0, since -0.0 in cells without friction would count as slip against the shear
         weighted = np.arctan2(np.abs(q_x * s_y - q_y * s_x), q_x * s_x + q_y * s_y + 0.0) * distance[slipped]
         return slip, zone, stick, float(np.max(weighted)) / largest

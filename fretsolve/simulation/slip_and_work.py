@@ -79,7 +79,7 @@ def share_in_contact(
         steepest = np.zeros(own.shape)
         for step in (-1, 1):
             places = [row, column]
-            places[index] = np.clip(places[index] + step, 0, count - 1)
+            places[index] = np.minimum(np.maximum(places[index] + step, 0), count - 1)
             steepest = np.maximum(steepest, pressure[places[0], places[1]].astype(np.float64) ** 2 - own)
         slopes.append(steepest / length)
     slope = np.hypot(*slopes)
