@@ -142,6 +142,9 @@ def missed_area(surface: Surface, grid: Grid) -> float:
         cells = np.count_nonzero(inside.any(axis=1 if along_x > along_y else 0))
         return abs(cells * (grid.dx if along_x > along_y else grid.dy) / (surface.length or math.inf) - 1.0)
     assert surface.kind == "punch"  # no other body ends
+    half_width = surface.half_width if surface.radius is None else surface.radius
+    if grid.shape[1] == 1:  # a line contact, whose cells have no length
+        return abs(np.count_nonzero(inside) * grid.dx / (2.0 * (half_width or math.inf)) - 1.0)
     area = math.pi * surface.radius**2 if surface.radius is not None else 4.0 * (surface.half_width or math.inf) ** 2
     return abs(np.count_nonzero(inside) * grid.dx * grid.dy / area - 1.0)
 

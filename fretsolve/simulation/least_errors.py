@@ -210,8 +210,9 @@ class LeastErrors:
 
     def _outline(self, state: State) -> float:
         """Return the least error (mm) of the radii where a body ends, or where facets bound the contact."""
-        if self.sharp:
-            return SHARP_EDGE * self.side
+        if self.sharp:  # what cells miss of a line contact's width, they miss in its outline
+            missed = self.missed * state.summary.contact_radius if self.model.line else 0.0
+            return math.hypot(SHARP_EDGE * self.side, missed)
         modulus = self.model.compliances.contact_modulus
         if any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges):
             return ROUNDED_EDGE * self.side

@@ -397,6 +397,17 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             2: {"work_total": 9.3335e-6, "delta_x": 7.7425e-5, "My": 2.1792e-3},
         },
     ),
+    "a sharp punch in line contact": (
+        {
+            "plane": "strain",
+            "bodies": [{"young_modulus": 200e3, "poisson_ratio": 0.3}, {"young_modulus": 100e3, "poisson_ratio": 0.2}],
+            "surface": {"punch": {"half_width": 0.5}},
+            "friction": 0.3,
+            "grid": {"points": 48, "size": 1.3},
+            "load_path": [{"P": 100.0, "increments": 3}, {"Qx": 15.0, "increments": 3}],
+        },
+        {2: {"contact_radius": 0.5, "stick_radius": 0.3837, "work_total": 3.707e-4, "My": -0.8667}},
+    ),
     "a sharp punch under a force and a shear that grow together": (
         {
             "bodies": ["rigid", {"young_modulus": 8800.0, "poisson_ratio": 0.17}],

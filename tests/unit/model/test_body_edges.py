@@ -91,6 +91,8 @@ def test_cells_miss_a_part_of_a_sharp_outline() -> None:
     assert 0.0 < missed({"punch": {"radius": 0.5}}) < 0.03
     assert missed({"cylinder": {"radius": 5.0, "axis": "30 deg", "length": 1.0}}) == 0.0
     assert missed({"sphere": {"radius": 10.0}}) == 0.0
+    line = set_up(build(plane="strain", surface={"punch": {"half_width": 0.5}}, grid={"points": 48, "size": 1.3}))
+    assert missed_area(line.case.surface[0], line.grid) == pytest.approx(1.0 - 36 * 1.3 / 48)
 
 
 def test_sharp_edges_hide_slip_near_the_friction_limit_alone() -> None:
