@@ -277,7 +277,7 @@ def _worst(study: Assessment, row: AssessedRun) -> str:
         return "no solution"
     if row.is_reference:
         return "reference"
-    return f"{percent(row.worst)} ({max(study.names, key=lambda name: study.error_of(row, name))})"
+    return f"{two_digits(100.0 * row.worst)} ({max(study.names, key=lambda name: study.error_of(row, name))})"
 
 
 def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> None:
@@ -288,7 +288,7 @@ def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> N
         keys = key_names(found.plan.variations)
         for row in found.rows:
             errors = [
-                percent(found.error_of(row, name)) if row.compared and name in found.names else ""
+                two_digits(100.0 * found.error_of(row, name)) if row.compared and name in found.names else ""
                 for name in QUANTITIES
             ]
             rows.append([mode, *_costs(row), "yes" if row.best else "no", *errors])
