@@ -128,9 +128,7 @@ class PaddedConvolution:
             np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two
         return KernelSpectrum(values.astype(self._float, copy=False), odd_x)
 
-    def _transform_rows(
-        self, fields: Sequence[FloatArray] | FloatArray, spectra: Sequence[ComplexArray], back: bool = False
-    ) -> None:
+    def _transform_rows(self, fields: Fields, spectra: Sequence[ComplexArray], back: bool = False) -> None:
         """Transform each of the `fields` (nx, ny) along y into its spectrum (nx, my//2 + 1), or `back`."""
 
         def transform(member: int, rows: tuple[FloatArray, ComplexArray, slice]) -> None:

@@ -7,14 +7,13 @@ import math
 import numpy as np
 
 from fretsolve.case.history import BULK
-from fretsolve.model.required_terms import derive_model
 from fretsolve.plots.line_reference import Curve, line_pressure, line_shear, line_slip, line_stick
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.worn_contact import WornLimit
 from fretsolve.result import Result
 from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
-from fretsolve.setup.problem_setup import closed_forms_of
+from fretsolve.setup.problem_setup import closed_forms_of, model_of_forms
 from fretsolve.setup.worn_volume import only_worn_cycle
 from fretsolve.system.arrays import DoubleArray
 
@@ -117,8 +116,7 @@ def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:
     names = ("P", "Qx", "Qy", "Mz", *BULK[1], *BULK[2])
     columns = {name: along_path(result.history[name], parts).tolist() for name in names if name in result.history}
     loads = tuple(dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True))
-    # where friction varies, its closed forms take the limit from the case; the model's coefficient is a scale alone
-    return closed_forms_of(case, derive_model(case, 1.0 if case.friction_varies else None), loads)
+    return closed_forms_of(case, model_of_forms(case), loads)
 
 
 def _shear(result: Result, step: int, forms: ClosedForms, parts: int = 1) -> CyclicLoading | None:

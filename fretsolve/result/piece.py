@@ -58,7 +58,7 @@ class Part:
 
     @property
     def increments(self) -> int:
-        """How many increments it holds."""
+        """The number of increments it holds."""
         return self.last - self.first + 1
 
 

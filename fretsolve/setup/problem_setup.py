@@ -113,6 +113,14 @@ def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> 
         raise _of_the_case(error, case) from None
 
 
+def model_of_forms(case: Case) -> Model:
+    """Return the model for the closed forms of a case that is not solved.
+
+    Where friction varies they take the limit from the case, so that the coefficient of the model is a scale alone.
+    """
+    return derive_model(case, 1.0 if case.friction_varies else None)
+
+
 def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
     """Return the closed forms that hold for a case under `loads` one after another."""
     if not model.line:

@@ -9,10 +9,9 @@ import numpy as np
 from fretsolve.case.dimensions import percent
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.model.load_path import LoadPath
-from fretsolve.model.required_terms import derive_model
 from fretsolve.result import Result
 from fretsolve.setup.closed_forms.wear_forms import WornCycle, worn_cycles
-from fretsolve.setup.problem_setup import closed_forms_of
+from fretsolve.setup.problem_setup import closed_forms_of, model_of_forms
 from fretsolve.wear.stick_cells import error_by_stick_cells
 
 
@@ -21,7 +20,7 @@ def only_worn_cycle(result: Result) -> WornCycle | None:
     case = result.case
     if case is None or case.wear is None:
         return None
-    model = derive_model(case, 1.0 if case.friction_varies else None)
+    model = model_of_forms(case)
     found = worn_cycles(closed_forms_of(case, model, LoadPath(case.stages(), model).imposed))
     wearing = {stage.wears.key for stage in case.stages() if stage.wears is not None}
     return found[0] if len(found) == len(wearing) == 1 else None

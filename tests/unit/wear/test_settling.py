@@ -110,33 +110,31 @@ def test_a_contact_wears_away_in_few_jumps_under_a_held_approach():
     assert rows[-1].wear_error < 0.01 * cap
 
 
-def rows_of(
-    lower: dict[str, float], jump: float | str, friction: float = 0.1, force: float = 30.0, tolerance: float = 0.01
+def solved(
+    lower: dict[str, float], load_path: list[dict[str, Any]], friction: float = 0.3, points: int = 16
 ) -> list[Summary]:
-    """Return the history of a sphere of steel that wears over 20000 cycles; tolerance: of automatic jumps."""
-    stages: list[Any] = [{"Qx": -force, "increments": 2}, {"Qx": force, "increments": 2}]
+    """Return the history of a sphere of steel that wears."""
     case = Case.model_validate(
         {
             "bodies": [STEEL, lower],
             "surface": {"sphere": {"radius": 10.0}},
-            "grid": {"points": 16, "size": 0.9},
+            "grid": {"points": points, "size": 0.9},
             "friction": friction,
             "wear": {"law": "energy", "alpha": 1e-7},
-            "load_path": [
-                {"P": 400.0},
-                {"Qx": force, "increments": 2},
-                {
-                    "cycle": {
-                        "represents": 20000,
-                        "jump": jump,
-                        "stages": stages,
-                        **({"tolerance": tolerance} if jump == "auto" else {}),
-                    }
-                },
-            ],
+            "load_path": load_path,
         }
     )
     return [state.summary for state in run(case)]
+
+
+def rows_of(
+    lower: dict[str, float], jump: float | str, friction: float = 0.1, force: float = 30.0, tolerance: float = 0.01
+) -> list[Summary]:
+    """Return the same under a force to and fro over 20000 cycles; tolerance: of automatic jumps."""
+    stages: list[Any] = [{"Qx": -force, "increments": 2}, {"Qx": force, "increments": 2}]
+    limits = {"tolerance": tolerance} if jump == "auto" else {}
+    cycle = {"cycle": {"represents": 20000, "jump": jump, "stages": stages, **limits}}
+    return solved(lower, [{"P": 400.0}, {"Qx": force, "increments": 2}, cycle], friction)
 
 
 @pytest.mark.parametrize(
@@ -151,17 +149,8 @@ def test_the_error_of_unlike_bodies_is_within_its_estimate_and_the_tolerance(fri
 
 
 def test_the_error_is_within_its_estimate_where_the_load_oscillates_with_the_force():
-    case = Case.model_validate(
-        {
-            "bodies": [STEEL, ALUMINIUM],
-            "surface": {"sphere": {"radius": 10.0}},
-            "grid": {"points": 20, "size": 0.9},
-            "friction": 0.3,
-            "wear": {"law": "energy", "alpha": 1e-7},
-            "load_path": [{"P": 400.0}, {"Qx": 60.0, "increments": 2}, _represents(20000, WITH_THE_FORCE)],
-        }
-    )
-    last = [state.summary for state in run(case)][-1]
+    path = [{"P": 400.0}, {"Qx": 60.0, "increments": 2}, _represents(20000, WITH_THE_FORCE)]
+    last = solved(ALUMINIUM, path, points=20)[-1]
     # 100 jumps of 200 cycles
     assert abs(last.wear_volume - 2.2715e-5) < last.wear_error < 0.01 * last.wear_volume
 
@@ -169,17 +158,8 @@ def test_the_error_is_within_its_estimate_where_the_load_oscillates_with_the_for
 @pytest.mark.parametrize(("lower", "volume"), [(STEEL, 5.2081e-6), (ALUMINIUM, 9.8589e-6)], ids=["like", "unlike"])
 def test_the_error_is_within_its_estimate_where_the_load_is_out_of_phase_with_the_force(lower, volume):
     stages = [{"P": 400.0, "Qx": -40.0, "increments": 3}, {"P": 300.0, "Qx": 40.0, "increments": 3}]
-    case = Case.model_validate(
-        {
-            "bodies": [STEEL, lower],
-            "surface": {"sphere": {"radius": 10.0}},
-            "grid": {"points": 16, "size": 0.9},
-            "friction": 0.3,
-            "wear": {"law": "energy", "alpha": 1e-7},
-            "load_path": [{"P": 300.0}, {"Qx": 40.0, "increments": 2}, _represents(20000, stages)],
-        }
-    )
-    last = [state.summary for state in run(case)][-1]
+    path = [{"P": 300.0}, {"Qx": 40.0, "increments": 2}, _represents(20000, stages)]
+    last = solved(lower, path)[-1]
     # 100 jumps of 200 cycles
     assert abs(last.wear_volume - volume) < last.wear_error < 0.01 * last.wear_volume
 
