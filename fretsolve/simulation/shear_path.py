@@ -1,4 +1,4 @@
-"""How far the shear has gone so far, which least errors of the dissipated energy and of the stick zone go by."""
+"""Follow the shear along the load path, for least errors of the dissipated energy and of the stick zone."""
 
 from __future__ import annotations
 

@@ -1,0 +1,36 @@
+"""The path of the shear, over what friction carries."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from fretsolve.simulation.shear_path import LEAST_LEFT, PRESSED_WAY, ShearPath
+
+
+def summary(**loads: float) -> Any:
+    return cast(Any, SimpleNamespace(**{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "contact_radius": 0.3} | loads))
+
+
+def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
+    path = ShearPath().after(summary(Qx=30.0), 40.0, 0.0, 1e-6).after(summary(Qx=-30.0), 40.0, 0.0, 2e-6)
+    assert (path.last, path.length, path.largest) == pytest.approx((1.5, 2.25, 0.75))
+    assert (path.last_thin, path.thin) == pytest.approx((2e-6, 3e-6))
+    assert path.left == pytest.approx(0.25)
+
+
+def test_a_torque_counts_over_two_thirds_of_the_radius():
+    assert ShearPath().after(summary(Mz=4.0), 40.0, 0.0, 0.0).largest == pytest.approx(0.5)
+
+
+def test_gross_slip_leaves_the_least():
+    path = ShearPath().after(summary(Qx=24.0, Qy=32.0), 40.0, 0.0, 0.0)
+    assert path.left == LEAST_LEFT
+    assert path.largest == 1.0
+
+
+def test_pressing_unlike_bodies_is_a_tenth_of_a_way_and_lost_contact_none():
+    pressed = ShearPath().after(summary(), 40.0, 0.5, 1e-6)
+    assert (pressed.length, pressed.largest) == pytest.approx((0.5 * PRESSED_WAY, 0.5))
+    lost = pressed.after(summary(Qx=1.0), 0.0, 0.0, 1.0)
+    assert (lost.last, lost.length, lost.last_thin, lost.thin) == (0.0, pressed.length, 0.0, 1e-6)
