@@ -23,6 +23,8 @@ import numpy as np
 
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
+from fretsolve.elastic.thread_team import ThreadTeam
+from fretsolve.kernels.on_grid import parts_of
 from fretsolve.model.materials import Compliances
 from fretsolve.system.arrays import DoubleArray
 
@@ -57,7 +59,7 @@ class InfluenceSpectra(dict[Influence, KernelSpectrum]):
             # On a square grid x and y may change places.
             self[name] = KernelSpectrum(np.ascontiguousarray(self[SWAPPED[name]].values.T), odd_x=False)
         else:
-            values = influence_coefficients(name, shape, spacing, self._compliances)
+            values = influence_coefficients(name, shape, spacing, self._compliances, self._convolution.team)
             self[name] = self._convolution.kernel_spectrum(values, name in ("xy", "xz"), name in ("xy", "yz"))
         return self[name]
 
@@ -75,9 +77,16 @@ class ScaledSpectra(dict[Influence, KernelSpectrum]):
 
 
 def influence_coefficients(
-    name: Influence, shape: tuple[int, int], spacing: tuple[float, float], compliances: Compliances
+    name: Influence,
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    compliances: Compliances,
+    team: ThreadTeam | None = None,
 ) -> DoubleArray:
-    """Return an influence (mm/MPa) at the offsets 0..nx-1, 0..ny-1 in cells of `spacing` (mm), ``(nx, ny)``."""
+    """Return an influence (mm/MPa) at the offsets 0..nx-1, 0..ny-1 in cells of `spacing` (mm), ``(nx, ny)``.
+
+    team: shares the parts of a large grid, which one thread computes a third faster, too, as they fit into its cache.
+    """
     x, y = (np.arange(count, dtype=np.float64) * side for count, side in zip(shape, spacing, strict=True))
     a, b, c = compliances.A / (2 * math.pi), compliances.B / (2 * math.pi), compliances.C / (4 * math.pi)
     terms: dict[Influence, tuple[tuple[float, Integral], ...]] = {
@@ -89,9 +98,14 @@ def influence_coefficients(
         "yz": ((c, radial_y),),
     }
     total = np.zeros(shape)
-    for factor, integral in terms[name]:
-        if factor:
-            total += factor * integral(x, y, *spacing)
+
+    def add_rows(_: int, part: tuple[int, int]) -> None:
+        rows = slice(*part)
+        for factor, integral in terms[name]:
+            if factor:
+                total[rows] += factor * integral(x[rows], y, *spacing)
+
+    (team or ThreadTeam()).share(add_rows, parts_of(shape))
     return total
 
 

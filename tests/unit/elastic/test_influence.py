@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic import influence
+from fretsolve.elastic.thread_team import ThreadTeam
+from fretsolve.model.materials import Compliances
 
 INTEGRANDS = {
     "inverse_distance": lambda x, y: 1.0 / np.hypot(x, y),
@@ -79,3 +81,14 @@ def test_far_away_nothing_is_lost():
     far = np.array([1000.0])
     assert at("inverse_distance", 1000.0, 0.0, 1.0, 1.0) == pytest.approx(1e-3 * (1 + 1 / 24e6), rel=1e-12)
     assert influence.inverse_distance(far, far, 1.0, 1.0)[0, 0] == pytest.approx(1e-3 / math.sqrt(2), rel=1e-7)
+
+
+@pytest.mark.parametrize("name", ["zz", "yy", "xz", "yz"])
+def test_parts_of_large_grids_are_those_of_the_whole(name, monkeypatch):
+    """Corners between two parts are rounded on either side, which moves near coefficients by a few roundings."""
+    problem = (name, (90, 40), (0.01, 0.013), Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6))
+    whole = influence.influence_coefficients(*problem)
+    monkeypatch.setattr(influence, "parts_of", lambda shape: [(0, 7), (7, 50), (50, 90)])
+    in_parts = [influence.influence_coefficients(*problem, ThreadTeam(count)) for count in (1, 2)]
+    np.testing.assert_array_equal(*in_parts)
+    np.testing.assert_allclose(in_parts[0], whole, rtol=1e-11)

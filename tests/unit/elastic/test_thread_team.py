@@ -24,6 +24,19 @@ def test_members_work_at_the_same_time() -> None:
     ThreadTeam(2).share(lambda member, part: both.wait() and None, range(2))  # a single thread would wait for ever
 
 
+def test_members_work_on_distant_parts_at_the_same_time() -> None:
+    both = threading.Barrier(2, timeout=30.0)
+    done: list[int] = []
+
+    def work(member: int, part: int) -> None:
+        both.wait()  # both have taken a part
+        done.append(part)
+        both.wait()
+
+    ThreadTeam(2).share(work, range(8))
+    assert [abs(one - other) for one, other in zip(done[::2], done[1::2], strict=True)] == [4] * 4
+
+
 @pytest.mark.parametrize("failing", [0, 1])
 def test_errors_come_back(failing: int) -> None:
     both = threading.Barrier(2, timeout=30.0)
