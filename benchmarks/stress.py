@@ -117,7 +117,7 @@ def inside_rows() -> Iterator[str]:
     yield "| --- | --- |"
     for cells in (10, 20, 40, 80, 160):
         grid, fields = sphere(cells)
-        found = point_influence(grid, *POINT, NU, 2).stress(fields)
+        found = point_influence(grid, POINT, NU, 2).stress(fields)
         yield f"| {cells} | {np.abs(found - EXACT).max():.1e} |"
 
 

@@ -31,7 +31,7 @@ from fretsolve.case.dimensions import percent
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
-from fretsolve.study.plan import StudyPlan, make_study_plan
+from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import key_names, two_digits
 from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.case_run import run_serially
@@ -131,7 +131,8 @@ def planned(mode: str, study: str, asked: Asked) -> StudyPlan:
     folder = asked.runs / f"{mode}{'_corrected' * corrected}"
     folder.mkdir(parents=True, exist_ok=True)
     axes = variations(mode, study, asked)
-    return make_study_plan(CASES / f"{case}.yaml", fixed, axes, (), "finest", folder, corrected=corrected)
+    request = StudyRequest(CASES / f"{case}.yaml", fixed, axes, (), "finest", corrected)
+    return make_study_plan(request, folder)
 
 
 def recorded(mode: str, study: str, asked: Asked) -> Assessment:

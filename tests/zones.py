@@ -15,18 +15,7 @@ def contact_area(pressure: np.ndarray, gap: np.ndarray, grid: Grid, materials: C
     return zone_area(contact_edge(pressure, gap, grid, materials))
 
 
-def stick_area(
-    pressure: np.ndarray,
-    gap: np.ndarray,
-    shear: np.ndarray,
-    limit: np.ndarray,
-    slip: np.ndarray,
-    zone: np.ndarray,
-    grid: Grid,
-    materials: Compliances,
-    contact: float,
-) -> float:
+def stick_area(fields: ZoneFields, grid: Grid, materials: Compliances, contact: float) -> float:
     """The area of the stick zone, no larger than that of the contact."""
-    edge = contact_edge(pressure, gap, grid, materials)
-    fields = ZoneFields(pressure, gap, shear, limit, slip, zone)
+    edge = contact_edge(fields.pressure, fields.gap, grid, materials)
     return min(zone_area(stick_edge(fields, grid, materials, edge)), contact)

@@ -143,7 +143,7 @@ def check(**options: Any) -> int:
 )
 @click.option(
     "--truth",
-    "reference",
+    "kind",
     type=click.Choice(["finest", "closed-form", "expect"]),
     default="finest",
     show_default=True,
@@ -155,7 +155,7 @@ def check(**options: Any) -> int:
     help="Compare values corrected for the number of increments. Costs include the coarse runs that this takes.",
 )
 @quiet_option
-def study(**options: Any) -> int:
+def study(out: Path | None, quiet: bool, **options: Any) -> int:
     """Compare settings of CASE by their errors and costs.
 
     All combinations of the values of --vary are run. The runs are kept in OUT, where later studies reuse them. After an
@@ -166,8 +166,9 @@ def study(**options: Any) -> int:
     """
     with StopRequest() as stop:
         from fretsolve.commands.study import study_case
+        from fretsolve.study.plan import StudyRequest
 
-        return study_case(stop=stop, **options)
+        return study_case(StudyRequest(**options), out, stop, quiet=quiet)
 
 
 @main.command()
@@ -235,18 +236,25 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
 )
 @click.option("--all", "every_kind", is_flag=True, help="All kinds, and a page that shows them, in the folder of -o.")
 @picture_options
-def plot(kinds: tuple[str, ...], every_kind: bool, width: float | None, title: bool, dpi: int, **options: Any) -> int:
+def plot(
+    out: Path,
+    kinds: tuple[str, ...],
+    target: str | None,
+    every_kind: bool,
+    fields: tuple[str, ...],
+    width: float | None,
+    title: bool,
+    dpi: int,
+    **of_kinds: Any,
+) -> int:
     """Draw a result. The help is given above, since it lists the kinds of pictures."""
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.commands.plot import plot_result
+    from fretsolve.plots.kinds import Shown
 
-    return plot_result(
-        kinds=tuple(KINDS) if every_kind else kinds or ("loop",),
-        every_kind=every_kind,
-        sheet=Sheet(width, title, dpi),
-        **options,
-    )
+    shown = Shown(fields=tuple(name for text in fields for name in text.split(",") if name), **of_kinds)
+    return plot_result(out, None if every_kind else kinds or ("loop",), target, shown, Sheet(width, title, dpi))
 
 
 @main.command()

@@ -50,9 +50,9 @@ def stress(threads: int, **options: Any) -> int:
     FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
     the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
     """
-    from fretsolve.commands.stress import stress_of_result
+    from fretsolve.commands.stress import StressOptions, stress_of_result
 
-    return stress_of_result(threads=available(threads), **options)
+    return stress_of_result(StressOptions(threads=available(threads), **options))
 
 
 @click.command()
@@ -93,6 +93,6 @@ def fatigue(threads: int, cycle: str, **options: Any) -> int:
     `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
     no cycle.
     """
-    from fretsolve.commands.fatigue import fatigue_of_result
+    from fretsolve.commands.fatigue import FatigueOptions, fatigue_of_result
 
-    return fatigue_of_result(threads=available(threads), **options)
+    return fatigue_of_result(FatigueOptions(threads=available(threads), **options))

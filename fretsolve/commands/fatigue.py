@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.fatigue_spec import KINDS
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.commands.stress import FileOrder, compute_with_messages, window_choice
+from fretsolve.commands.stress import FileOptions, FileOrder, compute_with_messages
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
 from fretsolve.fatigue.cycle import not_closed
@@ -23,39 +23,38 @@ from fretsolve.fatigue.of_result import cycles_of, stresses_beside, stresses_of_
 from fretsolve.fatigue.request import SMALLER, FatigueRequest
 from fretsolve.fatigue.stress_cycle import StressCycle
 from fretsolve.result import open_result
-from fretsolve.stress.halfspace.influence import Body
 from fretsolve.stress.names import OUTERMOST, opened_computed
 from fretsolve.stress.tractions import TractionHistory
-from fretsolve.system.files import make_folder, require_ending, require_free, require_other, writing
+from fretsolve.system.files import make_folder, writing
 from fretsolve.system.progress import counting_bar, print_warnings
 
 
-def fatigue_of_result(
-    out: Path,
-    material: str,
-    criteria: Sequence[str],
-    average: str | None,
-    bodies: Sequence[str],
-    window: str,
-    target: Path | None,
-    overwrite: bool,
-    threads: int,
-    quiet: bool,
-) -> int:
+@dataclass(frozen=True)
+class FatigueOptions(FileOptions):
+    """The options of `fretsolve fatigue`. out: a result, whose stresses are computed first, or a file of stresses.
+
+    criteria: names, several of them joined by commas; average: such as point:20um.
+    """
+
+    material: str
+    criteria: Sequence[str]
+    average: str | None
+
+
+def fatigue_of_result(options: FatigueOptions) -> int:
     """Compute fatigue parameters, write them and print the worst places. Return the exit code.
 
-    out: a result, whose stresses are computed first, or a file of stresses. criteria: names, several of them joined by
-    commas; average: such as point:20um. Raises CaseError, FileError.
+    Raises CaseError, FileError.
     """
-    chosen: tuple[Body, ...] = tuple(1 if body == "1" else 2 for body in bodies)
     request = FatigueRequest(
-        read_material(material), _criteria(criteria), _average(average), chosen, window=window_choice(window)
+        read_material(options.material),
+        _criteria(options.criteria),
+        _average(options.average),
+        options.body_numbers,
+        window=options.window_choice,
     )
-    target = target or fatigue_path(out)
-    require_ending(target, "a file of fatigue parameters", ".h5", ".hdf5")
-    require_other(target, out, "the stresses or the result")
-    require_free(target, overwrite=overwrite)
-    order = FileOrder(target, threads, quiet, not overwrite, SMALLER)
+    out = options.out
+    order = options.order(fatigue_path(out), "fatigue parameters", "the stresses or the result", SMALLER)
     with opened_computed(out) as found:
         if found is not None and found.kind == "stress":
             if request.window != "auto":
@@ -64,7 +63,7 @@ def fatigue_of_result(
                 )
             _write(cycles_of(found, out, out, request), out, order)
             return 0
-    make_folder(target.parent)
+    make_folder(order.target.parent)
     with open_result(out) as result:
         write_fatigue_with_messages(TractionHistory(result), request, order)
     return 0

@@ -10,7 +10,6 @@ from fretsolve.errors import CaseError, PictureError
 from fretsolve.plots.kinds import KINDS, MOVING, OPTIONS, STILL, PictureKind, Shown
 from fretsolve.plots.sheet import Sheet
 from fretsolve.result import Result, open_result
-from fretsolve.stress.halfspace.influence import Body
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import make_folder, require_ending, writing
@@ -20,31 +19,17 @@ from fretsolve.system.progress import print_warnings
 PAGE_NAME = "index.html"
 
 
-def plot_result(
-    out: Path,
-    kinds: Sequence[str],
-    target: str | None,
-    steps: tuple[int, ...],
-    at: tuple[float, float] | None,
-    fields: tuple[str, ...],
-    body: Body | None,
-    every_kind: bool,
-    sheet: Sheet,
-) -> int:
+def plot_result(out: Path, kinds: Sequence[str] | None, target: str | None, shown: Shown, sheet: Sheet) -> int:
     """Draw the result `out`, print the names of the pictures, and return the exit code. Raises CaseError, FileError.
 
-    target: a file or a folder; every_kind: draw what the result gives, and a page that shows it. The rest is for the
-    pictures.
+    kinds: names, None to draw what the result gives, and a page that shows it; target: a file or a folder.
     """
     require_matplotlib()
-    chosen = [KINDS[name] for name in dict.fromkeys(kinds)]
-    shown = Shown(steps, at, tuple(name for text in fields for name in text.split(",") if name), body)
+    every_kind = kinds is None
+    chosen = [KINDS[name] for name in dict.fromkeys(kinds or KINDS)]
     if every_kind:
         chosen = [kind for kind in chosen if not kind.beside or out.with_suffix(kind.beside).exists()]
-    for option, value in {"--step": steps, "--at": at, "--field": shown.fields, "--body": body}.items():
-        if value and not any(OPTIONS[name] == option for kind in chosen for name in kind.options):
-            names = " and ".join(kinds)
-            raise CaseError(f"{option} has no effect on {names}; leave it out", (), out)
+    _require_effect(shown, chosen, " and ".join(kinds or KINDS), out)
     with open_result(out) as result:
         if every_kind:
             chosen = [kind for kind in chosen if not kind.column or kind.column in result.history]
@@ -72,6 +57,14 @@ def plot_result(
         else:
             print_warnings(result.path, *(f"{name}: not drawn: {reason}" for name, reason in left_out.items()))
     return 0
+
+
+def _require_effect(shown: Shown, kinds: Sequence[PictureKind], names: str, out: Path) -> None:
+    """Raise CaseError for an option that none of the kinds takes."""
+    given = {"--step": shown.steps, "--at": shown.at, "--field": shown.fields, "--body": shown.body}
+    for option, value in given.items():
+        if value and not any(OPTIONS[name] == option for kind in kinds for name in kind.options):
+            raise CaseError(f"{option} has no effect on {names}; leave it out", (), out)
 
 
 def require_matplotlib() -> None:

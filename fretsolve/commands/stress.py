@@ -55,35 +55,71 @@ class FileOrder:
     advice: str = AS_OPTIONS
 
 
-def stress_of_result(
-    out: Path,
-    bodies: Sequence[str],
-    depths: Sequence[str],
-    stages: Sequence[int],
-    steps: Sequence[tuple[int, int]],
-    cycle: str | None,
-    plane: Plane | None,
-    window: str,
-    target: Path | None,
-    overwrite: bool,
-    threads: int,
-    quiet: bool,
-) -> int:
-    """Compute the stresses of the result `out`, write them and print the largest ones. Return the exit code.
+@dataclass(frozen=True)
+class FileOptions:
+    """Options of a command that computes a file from the result `out`. target: None for the usual name."""
 
-    target: None for the result's name with .stress.h5. Raises CaseError, FileError.
+    out: Path
+    bodies: Sequence[str]
+    window: str
+    target: Path | None
+    overwrite: bool
+    threads: int
+    quiet: bool
+
+    @property
+    def body_numbers(self) -> tuple[Body, ...]:
+        """The chosen bodies."""
+        return tuple(1 if body == "1" else 2 for body in self.bodies)
+
+    @property
+    def window_choice(self) -> WindowChoice:
+        """The cells: auto, all, or a margin (mm). Raises CaseError."""
+        if self.window in WINDOW_KINDS:
+            return WINDOW_KINDS[self.window]
+        try:
+            margin = to_internal(self.window, LENGTH)
+        except QuantityError as error:
+            raise CaseError(f"{error}; auto, all, or a margin such as 0.5mm is needed", (), "--window") from None
+        if margin < 0.0:
+            raise CaseError(f"{self.window!r} is negative; a margin around the contact is needed", (), "--window")
+        return margin
+
+    def order(self, usual: Path, contents: str, source: str, advice: str = AS_OPTIONS) -> FileOrder:
+        """Return the order of a file, by default `usual`. Raises CaseError, FileError if the file cannot be written.
+
+        contents, source: what the file holds and what `out` is, in words.
+        """
+        target = self.target or usual
+        require_ending(target, f"a file of {contents}", ".h5", ".hdf5")
+        require_other(target, self.out, source)
+        require_free(target, overwrite=self.overwrite)
+        return FileOrder(target, self.threads, self.quiet, not self.overwrite, advice)
+
+
+@dataclass(frozen=True)
+class StressOptions(FileOptions):
+    """The options of `fretsolve stress`."""
+
+    depths: Sequence[str]
+    stages: Sequence[int]
+    steps: Sequence[tuple[int, int]]
+    cycle: str | None
+    plane: Plane | None
+
+
+def stress_of_result(options: StressOptions) -> int:
+    """Compute the stresses of a result, write them and print the largest ones. Return the exit code.
+
+    Raises CaseError, FileError.
     """
-    wanted = [_depth(text) for text in depths]
-    chosen: list[Body] = [1 if body == "1" else 2 for body in bodies]
-    with open_result(out) as result:
-        target = target or stress_path(result.path)
-        require_ending(target, "a file of stresses", ".h5", ".hdf5")
-        require_other(target, result.path, "the result itself")
-        require_free(target, overwrite=overwrite)
-        tractions = TractionHistory(result)
-        increments = _increments(result, stages, steps, cycle)
-        request = stress_request(tractions, increments, chosen, wanted, plane, window_choice(window))
-        write_with_messages(tractions, request, FileOrder(target, threads, quiet, not overwrite))
+    depths = [_depth(text) for text in options.depths]
+    with open_result(options.out) as result:
+        order = options.order(stress_path(result.path), "stresses", "the result itself")
+        tractions, bodies = TractionHistory(result), options.body_numbers
+        steps = _increments(result, options)
+        request = stress_request(tractions, steps, bodies, depths, options.plane, options.window_choice)
+        write_with_messages(tractions, request, order)
     return 0
 
 
@@ -152,19 +188,6 @@ def _count(values: Sequence[object], noun: str) -> str:
     return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
 
 
-def window_choice(text: str) -> WindowChoice:
-    """Return a window from a text: auto, all, or a margin such as 1mm. Raises CaseError."""
-    if text in WINDOW_KINDS:
-        return WINDOW_KINDS[text]
-    try:
-        margin = to_internal(text, LENGTH)
-    except QuantityError as error:
-        raise CaseError(f"{error}; auto, all, or a margin such as 0.5mm is needed", (), "--window") from None
-    if margin < 0.0:
-        raise CaseError(f"{text!r} is negative; a margin around the contact is needed", (), "--window")
-    return margin
-
-
 def _depth(text: str) -> float:
     """Return a depth in mm. Raises CaseError."""
     try:
@@ -176,25 +199,23 @@ def _depth(text: str) -> float:
     return depth
 
 
-def _increments(
-    result: Result, stages: Sequence[int], steps: Sequence[tuple[int, int]], cycle: str | None
-) -> list[int]:
+def _increments(result: Result, options: StressOptions) -> list[int]:
     """Return the increments that the options choose, by default the ends of stages. Raises CaseError."""
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
     ends = stage_ends(result.history["stage"]).tolist()
-    if not (stages or steps or cycle):
+    if not (options.stages or options.steps or options.cycle):
         return [step for step in ends if step in result.steps] or list(result.steps[-1:])
     try:
-        chosen = set(last_cycle(result)) if cycle else set()
+        chosen = set(last_cycle(result)) if options.cycle else set()
     except CaseError as error:
         raise CaseError(f"{error.message}; --stage or --step chooses increments", (), result.path) from None
     try:
-        for stage in stages:
+        for stage in options.stages:
             if not 1 <= stage <= len(ends):
                 raise ValueError(f"there is no stage {stage}; there are 1 to {len(ends)}")
             chosen.add(stored_step(result, ends[stage - 1]))
-        for first, last in steps:
+        for first, last in options.steps:
             found = [step for step in result.steps if first <= step <= last]
             if first != last and not found:
                 raise ValueError(f"no increment from {first} to {last} has fields")

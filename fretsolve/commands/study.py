@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 from fretsolve.commands.messages.case_messages import CaseMessages, none_solved
@@ -10,7 +10,7 @@ from fretsolve.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.export.text_report import report_console
 from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.plan import ReferenceKind, StudyPlan, make_study_plan
+from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import advice, failures, notes, tables
 from fretsolve.study.result_files import (
     CSV_NAME,
@@ -31,27 +31,17 @@ from fretsolve.system.progress import print_error_line
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 
-def study_case(
-    case: Path,
-    out: Path | None,
-    overrides: Sequence[str],
-    varied: Sequence[str],
-    quantities: Sequence[str],
-    reference: ReferenceKind,
-    stop: StopRequest,
-    *,
-    corrected: bool,
-    quiet: bool,
-) -> int:
+def study_case(request: StudyRequest, out: Path | None, stop: StopRequest, *, quiet: bool) -> int:
     """Run the cases of a study, compare them and report. Return the exit code 0 or 75; errors have the other codes.
 
-    out: a folder, None for the case's name with .study; the rest as the options of `fretsolve study`.
+    out: a folder, None for the case's name with .study.
     """
+    case = request.case
     folder = out or case.with_suffix(".study")
     if (folder / MANIFEST_NAME).exists():
         raise CaseError("holds a sweep; give another folder with -o", (), folder)
     require_own_folder(folder)
-    plan = make_study_plan(case, overrides, varied, quantities, reference, folder, corrected=corrected)
+    plan = make_study_plan(request, folder)
     for row in plan.manifest.rows:
         if plan.manifest.result(row).exists():
             try:

@@ -35,6 +35,21 @@ OF_MINDLIN = ("delta_x", "delta_y", "stick_radius", "stick_area", "work_total")
 
 
 @dataclass(frozen=True)
+class StudyRequest:
+    """A study as the command line has it, as text. varied: keys with their values; kind: of the reference.
+
+    corrected: compare values corrected for the number of increments.
+    """
+
+    case: Path
+    overrides: Sequence[str]
+    varied: Sequence[str]
+    quantities: Sequence[str]
+    kind: ReferenceKind
+    corrected: bool = False
+
+
+@dataclass(frozen=True)
 class StudyPlan:
     """A study: a sweep in `manifest`, its `cases` in the same order, and what they are compared with.
 
@@ -74,18 +89,10 @@ class StudyPlan:
         return f"the {'run with' if self.problem_keys else 'finest run,'} {settings}"
 
 
-def make_study_plan(
-    case: Path,
-    overrides: Sequence[str],
-    varied: Sequence[str],
-    quantities: Sequence[str],
-    kind: ReferenceKind,
-    folder: Path,
-    *,
-    corrected: bool = False,
-) -> StudyPlan:
-    """Read what the command line gives as text, and check every run. Raises CaseError, FileError."""
-    axes = list(map(read_variation, varied))
+def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
+    """Read a request, and check every run. Raises CaseError, FileError. folder: of the results."""
+    case, quantities, kind = request.case, request.quantities, request.kind
+    axes = list(map(read_variation, request.varied))
     changing = [(key, values) for key, values in axes if changes_the_problem(key)]
     if changing and kind != "finest":
         message = (
@@ -94,7 +101,7 @@ def make_study_plan(
         )
         raise CaseError(message, (), f"--vary {changing[0][0]}")
     needed = {key_beside(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
-    base = _base(case, overrides, needed, corrected=corrected)
+    base = _base(request, needed)
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
     for key in sorted(needed):
         if any(key.removeprefix("output.") not in one.beside for one in cases):
@@ -122,21 +129,21 @@ def make_study_plan(
         tuple(one.row(index) for index, one in enumerate(cases)),
         results_name="",
     )
-    return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known, corrected)
+    return StudyPlan(manifest, tuple(cases), dict(axes), compared, unknown, why, kind, known, request.corrected)
 
 
-def _base(case: Path, overrides: Sequence[str], needed: Collection[str], *, corrected: bool) -> BaseCase:
+def _base(request: StudyRequest, needed: Collection[str]) -> BaseCase:
     """Return the base case of a study, without fields and files beside results that no quantity needs.
 
     A study compares scalars; without fields a result takes some tens of kilobytes. It finds errors itself, but only
     runs with error bars have corrected values.
     """
-    text = read_case(case)
+    text, overrides = read_case(request.case), request.overrides
     for name in FILES_BESIDE:
         if f"output.{name}" not in needed:
             text, overrides = _without(name, text, overrides)
     fields = "output.fields=[pressure, shear]" if needed else "output.fields=[]"
-    return BaseCase.of(text, overrides, last=(fields, f"solver.error_bars={str(corrected).lower()}"))
+    return BaseCase.of(text, overrides, last=(fields, f"solver.error_bars={str(request.corrected).lower()}"))
 
 
 def _without(name: str, text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:

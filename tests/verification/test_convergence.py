@@ -20,6 +20,7 @@ from fretsolve.model.surface import separation
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import Zone
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
@@ -164,7 +165,8 @@ def one_way_stick_ratios(friction, points, loads):
     zone = np.where(contact, np.where(tangential.slipping, Zone.SLIP, Zone.STICK), Zone.OPEN).astype(np.uint8)
     unused = np.zeros(grid.shape), np.zeros_like(shear)  # gap and slip: the front is placed by the shear alone
     bound = friction * pressure
-    stick = stick_area(pressure, unused[0], shear, bound, unused[1], zone, grid, model.compliances, np.inf)
+    fields = ZoneFields(pressure, unused[0], shear, bound, unused[1], zone)
+    stick = stick_area(fields, grid, model.compliances, np.inf)
     counted = np.sqrt(np.count_nonzero(zone == Zone.STICK) / np.count_nonzero(contact))
     return counted, np.sqrt(stick / np.pi) / np.cbrt(load / HERTZ.load) / HERTZ.contact_radius
 

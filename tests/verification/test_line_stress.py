@@ -43,7 +43,7 @@ def layer(grid, tractions, depth, body=2):
 def at_point(cells, point, pressed, mu):
     grid, tractions = cylinder(cells, 1.0)
     tractions = {"p": pressed * tractions["p"], "qx": mu * tractions["qx"], "qy": 0.0 * tractions["qy"]}
-    return point_influence(grid, point[0], 0.0, point[1], NU, 2, plane_strain=True).stress(tractions)
+    return point_influence(grid, (point[0], 0.0, point[1]), NU, 2, plane_strain=True).stress(tractions)
 
 
 @pytest.mark.parametrize(("point", "from_p", "from_q"), CERTIFIED)
@@ -95,7 +95,7 @@ def test_convolution_is_the_direct_sum(depth, body):
     grid, tractions = cylinder(8, 0.4)
     found = layer(grid, tractions, depth, body)
     for i in range(0, grid.nx, 5):
-        exact = point_influence(grid, grid.x[i], 0.0, depth, NU, body, plane_strain=True).stress(tractions)
+        exact = point_influence(grid, (grid.x[i], 0.0, depth), NU, body, plane_strain=True).stress(tractions)
         np.testing.assert_allclose(found[:, i, 0], exact, rtol=0, atol=1e-13)
 
 
@@ -109,8 +109,8 @@ def test_a_long_row_of_rectangles_is_a_strip():
             strip = Grid(4, 1, 1.0, 1.0, 0.5)
             long = Grid(4, 1, 1.0, 1e4, 0.5)
             for at in x:
-                exact = point_influence(long, at, 0.0, depth, NU, 2).stress(field)
-                found = point_influence(strip, at, 0.0, depth, NU, 2, plane_strain=True).stress(field)
+                exact = point_influence(long, (at, 0.0, depth), NU, 2).stress(field)
+                found = point_influence(strip, (at, 0.0, depth), NU, 2, plane_strain=True).stress(field)
                 np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)
 
 
@@ -135,7 +135,7 @@ def test_a_fretting_loop_with_bulk_stress():
     )
     grid = Grid(cells, 1, 2.4 * a / cells, 2.4 * a / cells)
     influence = {
-        (x, z): point_influence(grid, x * a, 0.0, z * a, 0.3, 2, ("p", "qx"), plane_strain=True) for x, z in certified
+        (x, z): point_influence(grid, (x * a, 0.0, z * a), 0.3, 2, ("p", "qx"), plane_strain=True) for x, z in certified
     }
     found = {point: [] for point in certified}
     for state in run(case):

@@ -10,6 +10,7 @@ from zones import contact_area, stick_area
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 from fretsolve.result.state import Zone
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 
 POINTS = (32, 64, 128)
 PLACES = [(size, center) for size in (0.68, 0.6993, 0.7226, 0.74, 0.77) for center in ([0.0, 0.0], [0.0037, -0.0021])]
@@ -30,8 +31,9 @@ def radii(state, before, grid):
     fields = state.fields
     slip = fields.slip - before.fields.slip
     contact = contact_area(fields.pressure, fields.gap, grid, MATERIAL)
-    parts = fields.pressure, fields.gap, fields.shear, FRICTION * fields.pressure, slip, fields.zone
-    stick = stick_area(*parts, grid, MATERIAL, contact)
+    limit = FRICTION * fields.pressure
+    parts = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone)
+    stick = stick_area(parts, grid, MATERIAL, contact)
     counts = np.count_nonzero(fields.zone != Zone.OPEN), np.count_nonzero(fields.zone == Zone.STICK)
     return radius(np.array([contact, stick, *(count * grid.cell_area for count in counts)]))
 

@@ -57,7 +57,7 @@ def sphere(cells, mu, direction=(1.0, 0.0), margin=1.3):
 
 def at_point(cells, point, nu, mu, body=2, **options):
     grid, tractions = sphere(cells, mu, **options)
-    return point_influence(grid, *point, nu, body).stress(tractions)
+    return point_influence(grid, point, nu, body).stress(tractions)
 
 
 def layer(grid, tractions, depth, nu, body=2):
@@ -143,7 +143,7 @@ def test_stress_on_the_surface_is_the_quadrature_of_point_solutions():
         sheared = -3.0 * X**3 / r2**2.5 + (1.0 - 2.0 * nu) * (3.0 * X**3 / r2**2.5 - 2.0 * X / r2**1.5)
         total += tractions["p"][i, j] * float(weight @ (pressed + mu * sheared) @ weight) / (2.0 * math.pi)
     total -= 0.5 * (1.0 + 2.0 * nu) * float(tractions["p"][half + place[0], half + place[1]])
-    assert point_influence(grid, x0, y0, 0.0, nu, 2).stress(tractions)[0] == pytest.approx(total, abs=1e-10)
+    assert point_influence(grid, (x0, y0, 0.0), nu, 2).stress(tractions)[0] == pytest.approx(total, abs=1e-10)
 
 
 @pytest.mark.parametrize("cells", [20, 40, 80])

@@ -94,9 +94,8 @@ def stress_cycle(
     body = request.bodies[0]
     i, j = _cell(tractions, at) if at is not None else _largest_tension(tractions, request)
     x, y = float(result.x[i]), float(result.y[j])
-    influence = point_influence(
-        tractions.grid, x, y, 0.0, tractions.poisson_ratios[body], body, plane_strain=tractions.plane_strain
-    )
+    nu, plane_strain = tractions.poisson_ratios[body], tractions.plane_strain
+    influence = point_influence(tractions.grid, (x, y, 0.0), nu, body, plane_strain=plane_strain)
     whole = slice(None), slice(None)
     stress = np.empty((len(COMPONENTS), len(steps)))
     for index, step in enumerate(steps):

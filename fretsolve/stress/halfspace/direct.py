@@ -29,19 +29,18 @@ class PointInfluence:
 
 def point_influence(
     grid: Grid,
-    x: float,
-    y: float,
-    depth: float,
+    point: tuple[float, float, float],
     nu: float,
     body: Body,
     tractions: Sequence[Traction] = TRACTIONS,
     *,
     plane_strain: bool = False,
 ) -> PointInfluence:
-    """Return the coefficients at a point (mm); at depth 0 it may not lie on the edge of a cell.
+    """Return the coefficients at a point: x, y and depth (mm); at depth 0 it may not lie on the edge of a cell.
 
     plane_strain: cells are strips without end along y, in one row.
     """
+    x, y, depth = point
     known: dict[Potential | Strip, DoubleArray] = {}
 
     def values(name: Potential | Strip) -> DoubleArray:

@@ -60,7 +60,7 @@ def test_the_file_opens_in_xarray_and_holds_the_direct_sum(folder: Path, tmp_pat
                 np.testing.assert_array_equal(data["x"], result.x)
                 nu = tractions.poisson_ratios[body]
                 for place, depth in enumerate((0.0, 0.03)):
-                    exact = point_influence(tractions.grid, result.x[7], result.y[11], depth, nu, body).stress(fields)
+                    exact = point_influence(tractions.grid, (result.x[7], result.y[11], depth), nu, body).stress(fields)
                     exact[0] += 50.0 if body == 2 else 0.0
                     found = [float(data[name][0, place, 7, 11]) for name in COMPONENTS]
                     np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)  # single precision
@@ -179,7 +179,7 @@ def test_cells_beyond_the_grid_hold_the_direct_sum(folder: Path, tmp_path: Path)
         loads = tractions.read(step, (slice(None), slice(None)))
         for place, depth in enumerate(group["depth"][:]):
             for i, j in ((0, 0), (0, len(y) // 2), (len(x) - 1, 2)):
-                influence = point_influence(tractions.grid, x[i], y[j], depth, tractions.poisson_ratios[2], 2)
+                influence = point_influence(tractions.grid, (x[i], y[j], depth), tractions.poisson_ratios[2], 2)
                 exact = influence.stress(loads)
                 exact[[0, 1, 3]] += tractions.bulk_stress(2, step)
                 found = [group[name][0, place, i, j] for name in COMPONENTS]

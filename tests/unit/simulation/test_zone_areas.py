@@ -13,6 +13,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_elliptic, hertz_sphere
 from fretsolve.result.state import Zone
+from fretsolve.simulation.zones.edge_shares import ZoneFields
 
 UNIT = Compliances(A=2.0, B=0.0, C=0.0)
 """A contact modulus of 1."""
@@ -28,8 +29,9 @@ def contact_of(state, grid, materials=MATERIAL):
 def stick_of(state, before, grid, contact=np.inf):
     fields = state.fields
     slip = fields.slip - before.fields.slip
-    bound = FRICTION * fields.pressure
-    return stick_area(fields.pressure, fields.gap, fields.shear, bound, slip, fields.zone, grid, MATERIAL, contact)
+    limit = FRICTION * fields.pressure
+    found = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone)
+    return stick_area(found, grid, MATERIAL, contact)
 
 
 def counted(cells, grid):
@@ -164,7 +166,7 @@ class TestSymmetry:
     @staticmethod
     def areas(arrays, grid, materials=MATERIAL):
         contact = contact_area(*arrays[:2], grid, materials)
-        return contact, stick_area(*arrays, grid, materials, contact)
+        return contact, stick_area(ZoneFields(*arrays), grid, materials, contact)
 
     def test_transposition(self, sheared):
         arrays, grid = sheared
@@ -226,9 +228,10 @@ class TestNoFront:
         pressed, sheared = solve(friction=2.0, grid=SQUARE, load_path=[{"P": LOAD}, {"Qx": 1e-3, "increments": 1}])
         fields = sheared.fields
         zone = np.where(fields.zone == Zone.OPEN, Zone.OPEN, Zone.STICK).astype(np.uint8)
-        parts = fields.pressure, fields.gap, fields.shear, 2.0 * fields.pressure, 0.0 * fields.slip, zone
+        limit, slip = 2.0 * fields.pressure, 0.0 * fields.slip
+        found = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, zone)
         contact = contact_of(pressed, grid_of(grid=SQUARE))
-        assert stick_area(*parts, grid_of(grid=SQUARE), MATERIAL, contact) == contact
+        assert stick_area(found, grid_of(grid=SQUARE), MATERIAL, contact) == contact
 
     @pytest.mark.parametrize("friction", [0.0, FRICTION])
     def test_gross_slip(self, friction):
@@ -251,7 +254,7 @@ class TestNoFront:
         slip = random.choice([0.0, 1e-9, 1e-5, 1.0], (2, *shape)) * (zone == Zone.SLIP)
         grid = Grid(*shape, 0.1, 0.1 * data.draw(st.floats(0.1, 10.0)))
         contact = contact_area(pressure, gap, grid, MATERIAL)
-        stick = stick_area(pressure, gap, shear, bound, slip, zone, grid, MATERIAL, contact)
+        stick = stick_area(ZoneFields(pressure, gap, shear, bound, slip, zone), grid, MATERIAL, contact)
         assert 0.0 <= stick <= contact <= grid.nx * grid.ny * grid.cell_area * (1.0 + 1e-12)
         assert (contact > 0.0) == pressure.any()
 

@@ -11,10 +11,11 @@ from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, stress_t
 from fretsolve.stress.halfspace.potentials import is_odd, potential
 
 
-def coefficient(component, traction, x, y, z, nu, dx, dy, body=2):
+def coefficient(component, traction, at, nu, cell, body=2):
+    x, y, z = at
     terms = stress_terms(component, traction, z, nu, body)
     offsets = np.array([x]), np.array([y])
-    return sum(factor * potential(name, *offsets, z, dx, dy)[0, 0] for name, factor in terms.items())
+    return sum(factor * potential(name, *offsets, z, *cell)[0, 0] for name, factor in terms.items())
 
 
 def normal_force(component, x, y, z, nu):
@@ -70,7 +71,7 @@ def test_coefficients_are_the_integrals_of_the_point_solutions(component, tracti
             values = point_solution(component, traction, from_x, from_y, z, nu)
             exact = 0.25 * dx * dy * float(weights @ values @ weights)
             scale = dx * dy / (x * x + y * y + z * z)
-            assert coefficient(component, traction, x, y, z, nu, dx, dy) == pytest.approx(exact, abs=3e-12 * scale)
+            assert coefficient(component, traction, (x, y, z), nu, (dx, dy)) == pytest.approx(exact, abs=3e-12 * scale)
 
 
 @pytest.mark.parametrize(("component", "loaded"), [("zz", "p"), ("xz", "qx"), ("yz", "qy")])
@@ -78,7 +79,7 @@ def test_the_surface_carries_the_tractions(component, loaded):
     """At z = 0 under the cell zz = -p, xz = -qx, yz = -qy, and none of the three beside it."""
     for traction in TRACTIONS:
         for x, inside in ((0.1, True), (0.8, False)):
-            found = coefficient(component, traction, x, 0.2, 0.0, 0.3, 1.0, 1.0)
+            found = coefficient(component, traction, (x, 0.2, 0.0), 0.3, (1.0, 1.0))
             expected = -1.0 if inside and loaded == traction else 0.0
             assert found == pytest.approx(expected, abs=1e-15)
 
@@ -93,8 +94,8 @@ def test_equilibrium_below_a_cell():
         for axis, name in enumerate(names):
             for shift, weight in ((1, 8.0), (2, -1.0)):
                 for sign in (1.0, -1.0):
-                    x, y, z = np.array(at) + sign * shift * step * np.eye(3)[axis]
-                    total += sign * weight * coefficient(name, traction, x, y, z, nu, *cell) / (12.0 * step)
+                    beside = np.array(at) + sign * shift * step * np.eye(3)[axis]
+                    total += sign * weight * coefficient(name, traction, beside, nu, cell) / (12.0 * step)
         return abs(total)
 
     for traction in TRACTIONS:
@@ -114,10 +115,10 @@ def test_parity(name):
 
 def test_body_1_is_the_mirror_of_body_2():
     """Under the same pressure both have the same stress but for the sign of xz and yz; shear acts the other way."""
-    at = 0.4, -0.3, 0.5, 0.28, 1.0, 0.7
+    where = (0.4, -0.3, 0.5), 0.28, (1.0, 0.7)
     for component in COMPONENTS:
         mirrored = -1.0 if component in ("xz", "yz") else 1.0
         for traction in TRACTIONS:
             sign = mirrored if traction == "p" else -mirrored
-            found = coefficient(component, traction, *at, body=1)
-            assert found == pytest.approx(sign * coefficient(component, traction, *at), abs=1e-16)
+            found = coefficient(component, traction, *where, body=1)
+            assert found == pytest.approx(sign * coefficient(component, traction, *where), abs=1e-16)
