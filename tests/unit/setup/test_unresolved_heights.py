@@ -11,6 +11,7 @@ from solving import SPHERE, build
 
 from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.setup.unresolved_heights import HeightProfiles
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.error_bars import run_with_error_bars
 
@@ -150,3 +151,16 @@ def test_holes_and_maps_smaller_than_the_grid_are_no_obstacle(tmp_path: Path) ->
     np.save(flat, np.zeros((300, 300)))
     surface = [SPHERE, {"heights": {"file": str(flat), "spacing": SPACING}}]
     assert missed(set_up(build(surface=surface, grid={"points": 16, "size": 0.71}))) == 0.0
+
+
+def test_slope_and_ridge_of_a_wedge() -> None:
+    """Of the separation s |x|: facets of the slope s that meet under the angle 2 s, which longer cells cut off."""
+    x = 0.01 * np.arange(-20, 21)
+    wedge = np.repeat(3e-3 * np.abs(x)[:, None], 4, axis=1)
+    profiles = HeightProfiles((wedge, np.zeros((4, 41))), (0.01, 0.02))
+    assert profiles.slope(0) == pytest.approx(3e-3)
+    assert profiles.slope(1) == 0.0
+    assert profiles.ridge(0, 0.005) == pytest.approx(6e-3)
+    assert profiles.ridge(0, 0.01) == 0.0
+    assert HeightProfiles((-wedge, wedge), (0.01, 0.01)).ridge(0, 0.005) < 1e-15
+    assert profiles.most_points(1, 0.8) == 100
