@@ -16,10 +16,11 @@ from fake_states import ALL_FIELDS, fake_header, fake_states, write_fake
 from fretsolve import __version__, open_result
 from fretsolve.case.history import EXTENTS
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, reader
+from fretsolve.result import HistoryWriter, RunHeader, reader
 from fretsolve.result.layout import ERRORS, FIELDS, FORMAT_VERSION, FORMER_NAMES, HISTORY, QUANTITIES
 from fretsolve.result.parts import component, parts_folder
 from fretsolve.result.piece import Part
+from fretsolve.result.state import State
 
 COUNT = 4
 SAMPLES = sorted((Path(__file__).parents[2] / "data").glob("result_v*.h5"))
@@ -263,6 +264,15 @@ def test_both_components_at_once(tmp_path):
             result.field("stress")
 
 
+def _require_error_bars(out: Path, header: RunHeader, states: list[State]) -> None:
+    """Require the error bars of `states` in the history, and those of the last one in a resumed run."""
+    with open_result(out) as result:
+        for quantity in ERRORS:
+            assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
+    with HistoryWriter.open(out, header, resume=True) as writer:
+        assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
+
+
 def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
     """Error bars were columns `companion_*` and the key `error_estimate`."""
     header, states = fake_header(errors=True, error_bars=True), list(fake_states(2, errors=True))
@@ -274,10 +284,7 @@ def test_names_of_earlier_versions_are_read(tmp_path: Path) -> None:
         file.attrs["effective_case"] = file.attrs["effective_case"].replace("error_bars", "error_estimate")
     with open_result(out) as result:
         assert result.effective_case["solver"]["error_bars"] is True
-        for quantity in ERRORS:
-            assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
-    with HistoryWriter.open(out, header, resume=True) as writer:
-        assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
+    _require_error_bars(out, header, states)
 
 
 def test_parts_of_earlier_versions_kept_the_error_bars_in_a_table_of_their_own(tmp_path: Path) -> None:
@@ -294,10 +301,7 @@ def test_parts_of_earlier_versions_kept_the_error_bars_in_a_table_of_their_own(t
             file["error_rows"] = former
     with open_result(out) as result:
         assert result.history["P"].tolist() == [state.summary.P for state in states]
-        for quantity in ERRORS:
-            assert result.history[quantity.name].tolist() == [getattr(state.errors, quantity.name) for state in states]
-    with HistoryWriter.open(out, header, resume=True) as writer:
-        assert writer.last_state is not None and writer.last_state.errors == states[-1].errors
+    _require_error_bars(out, header, states)
 
 
 def test_results_of_earlier_versions_lack_bars_of_half_widths(tmp_path: Path) -> None:
