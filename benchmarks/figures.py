@@ -1,7 +1,7 @@
-"""Regenerate the figures of the documents: certified values reached, cost.
+"""Regenerate the figures of the documents: certified values reached, residuals of the shipped cases, cost.
 
     python benchmarks/figures.py              # everything, about half an hour on one core
-    python benchmarks/figures.py certified    # or one of: run, certified, steps, performance ...
+    python benchmarks/figures.py certified    # or one of: run, certified, steps, residuals, performance ...
     python benchmarks/figures.py --into README.md docs/verification.md docs/performance.md
 
 Prints Markdown, or puts it between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a file.
@@ -205,6 +205,19 @@ def print_steps() -> None:
         print(f"| {count} | {found.max_pressure:.2f} | {found.delta_x:.5e} | {found.work_total:.4e} |")
 
 
+def print_residuals() -> None:
+    """Print the worst residual of the certificate over each shipped case, at the tolerance it asks for."""
+    names = ("gap", "stick", "slip", "bound", "load")
+    print("| case | increments | tolerance |", " | ".join(names), "|")
+    print("| --- " * (3 + len(names)) + "|")
+    for path in sorted(CASES.glob("*.yaml")):
+        case = fretsolve.load_case(path)
+        summaries = [state.summary for state in fretsolve.run(case)]
+        worst = [max(getattr(s, f"residual_{name}") for s in summaries) for name in names]
+        values = " | ".join(f"{value:.1e}" for value in worst)
+        print(f"| {path.stem} | {len(summaries)} | {case.solver.tolerance:.0e} | {values} |")
+
+
 def print_performance() -> None:
     """Return what the increments of the modes cost, and the memory of the coupled one."""
     bench_path.print_table([256, 512, 1024, 2048])
@@ -271,6 +284,7 @@ PARTS = {
     "line orders": lines.print_orders,
     "unlike lines": lines.print_unlike,
     "bulk lines": lines.print_bulk,
+    "residuals": print_residuals,
     "performance": print_performance,
     "profile": print_profile,
     "solvers": print_solvers,
