@@ -6,7 +6,7 @@ import functools
 import hashlib
 import json
 import platform
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from importlib.metadata import version
@@ -71,6 +71,24 @@ def solve_missing(
         states = run_with_error_bars(setup, *so_far, threads, warn)
     else:
         states = run(setup, *so_far, threads)
+    failure = _save_each(states, save, stop, beside=beside)
+    complete = len(writer.summaries) == setup.load_path.followed(writer.summaries).increments
+    if failure is not None:
+        writer.finish("failed", str(failure), failure.kind)
+    elif complete:
+        writer.finish("complete")
+    elif writer.summaries:
+        writer.save()
+    show_saved()
+    if failure is not None:
+        raise failure
+    return complete
+
+
+def _save_each(
+    states: Iterator[State], save: Callable[[State], None], stop: Stop, *, beside: bool
+) -> NoSolutionError | None:
+    """Save states until a stop or their end; return the failure that ends them, if one does."""
     failure: NoSolutionError | None = None
     with ThreadPoolExecutor(1, "saving") if beside else nullcontext() as thread:
         pending: Future[None] | None = None
@@ -86,17 +104,7 @@ def solve_missing(
             failure = error
         if pending is not None:
             pending.result()
-    complete = len(writer.summaries) == setup.load_path.followed(writer.summaries).increments
-    if failure is not None:
-        writer.finish("failed", str(failure), failure.kind)
-    elif complete:
-        writer.finish("complete")
-    elif writer.summaries:
-        writer.save()
-    show_saved()
-    if failure is not None:
-        raise failure
-    return complete
+    return failure
 
 
 def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
