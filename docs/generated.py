@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import click
-from generated_case import MOST_NAMED, case_file, line_case_file, table
+from generated_case import MOST_NAMED, Shown, case_file, line_case_file, table
 
 from fretsolve.cli.main import main
 from fretsolve.errors import FretsolveError
@@ -99,9 +99,9 @@ def _quantities(quantities: Sequence[Quantity]) -> Iterator[str]:
     yield from table(("dataset", "units", "meaning"), rows)
 
 
-def commands(group: click.Group = main, name: str = "fretsolve") -> Iterator[str]:
-    """Return a section for each command: usage, what it does, its options."""
-    context = click.Context(group)
+def commands(group: click.Group = main, name: str = "fretsolve", shown: Shown | None = None) -> Iterator[str]:
+    """Return a section for each command: usage, what it does, its options but for those that `shown` has."""
+    context, shown = click.Context(group), Shown() if shown is None else shown
     for word in group.list_commands(context):
         command = group.get_command(context, word)
         if command is None or command.hidden:
@@ -109,19 +109,23 @@ def commands(group: click.Group = main, name: str = "fretsolve") -> Iterator[str
         yield f"## {name} {word}\n"
         if isinstance(command, click.Group):
             yield f"{_paragraphs(command.help or '')}\n"
-            yield from commands(command, f"{name} {word}")
+            yield from commands(command, f"{name} {word}", shown)
         else:
-            yield from _command(command, f"{name} {word}")
+            yield from _command(command, f"{name} {word}", shown)
 
 
-def _command(command: click.Command, name: str) -> Iterator[str]:
+def _command(command: click.Command, name: str, shown: Shown) -> Iterator[str]:
     arguments = [_value_of(each) for each in command.params if isinstance(each, click.Argument)]
     yield f"`{' '.join([name, '[OPTIONS]', *arguments])}`\n"
     yield f"{_paragraphs(command.help or '')}\n"
     options = [each for each in command.params if isinstance(each, click.Option) and not each.hidden]
-    if options:
-        yield from table(("option", "meaning"), [(_option(each), _meaning(each)) for each in options])
+    lines, rows = shown.split([(_option(each), _meaning(each)) for each in options])
+    yield from lines
+    if rows:
+        yield from table(("option", "meaning"), rows)
         yield ""
+    for row in rows:
+        shown.setdefault(row, f"[{name}](#{name.replace(' ', '-')})")
 
 
 def _value_of(parameter: click.Parameter) -> str:

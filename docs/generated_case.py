@@ -14,7 +14,7 @@ Schema = Mapping[str, Any]
 
 KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
 
-LEAST_SHARED = 3
+LEAST_SHARED = 2
 """Fewest keys of a section that are named with a link to an earlier one that has them, not shown again."""
 
 MOST_NAMED = 20
