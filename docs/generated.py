@@ -179,7 +179,8 @@ def python_closed_forms() -> Iterator[str]:
     rows = []
     for module in CLOSED_FORMS:
         for name, subject in vars(importlib.import_module(module)).items():
-            if callable(subject) and subject.__module__ == module and name[0] != "_":
+            own = callable(subject) and subject.__module__ == module and name[0] != "_"
+            if own and not getattr(subject, "_is_protocol", False):
                 rows.append((f"`{name}{_signature(subject)}`", _in_a_cell(_first_paragraph(subject))))
     yield from table(("function or class", "meaning"), rows)
 

@@ -30,11 +30,9 @@ def stage_ends(stage: DoubleArray | IndexArray) -> IndexArray:
 
 
 class Zone:
-    """States of a cell, as stored in the field `zone`: `OPEN` is 0, `STICK` 1, `SLIP` 2.
+    """States of a cell, as stored in the field `zone`: `OPEN` is 0, `STICK` 1, `SLIP` 2."""
 
-    They are plain integers: an interrupt would be lost while NumPy looks for attributes of members of an enumeration.
-    """
-
+    # Plain integers: an interrupt would be lost while NumPy looks for attributes of members of an enumeration.
     OPEN: Final = 0
     STICK: Final = 1
     SLIP: Final = 2
@@ -150,11 +148,8 @@ ESTIMATED = tuple(
 class Fields:
     """Fields at the end of an increment.
 
-    pressure, gap, slip_path, work_density: ``(nx, ny)``; shear, slip: ``(2, nx, ny)``; zone: ``(nx, ny)``
-    uint8 of `Zone`. slip is summed since the start, slip_path is the length of its path, work_density the
-    energy dissipated per area since the start. friction and shear_bound, the coefficient and the friction limit, and
-    the worn depths, of both bodies together and of each, are there only if the case stores them; nothing goes on from
-    them.
+    shear, slip: ``(2, nx, ny)``; zone: ``(nx, ny)`` uint8 of `Zone`; the others: ``(nx, ny)``. friction, shear_bound
+    and the worn depths are there only if the case stores them; nothing goes on from them.
     """
 
     pressure: FloatArray
@@ -206,10 +201,9 @@ class WearState:
 class State:
     """Everything after one certified increment.
 
-    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``, which the next increment's slip
-    refers to. Together with `fields`, `summary` and `change` it is all that a restart needs. Where nothing can slip, it
-    is `nothing`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any;
-    change: over the increment, where the next one is estimated by it; wear: where there is any.
+    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is `nothing`, and
+    so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; change: over the
+    increment, where the next one is estimated by it; wear: where there is any.
     """
 
     summary: Summary
