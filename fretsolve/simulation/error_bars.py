@@ -23,13 +23,11 @@ from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
 from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.quantity_estimates import (
-    BETWEEN,
     CONTACT,
     LINKED,
     MX,
     MY,
     ORDER,
-    RADII,
     SAFETY,
     SMOOTH_ORDER,
     STICK,
@@ -40,14 +38,12 @@ from fretsolve.simulation.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-OBSERVED_ORDERS: DoubleArray = np.linspace(0.3, 1.5, 121)
-OBSERVED_SHARE, LEAST_REFINEMENT = 0.7, 1.3
-"""Orders of the dissipated energy that three grids may show, the part of the way to the one that they show, and the
-ratio of points per side of the coarse grids from which it counts."""
+LIKE_BODIES = 0.5
+"""What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, on a contact
+that grows."""
 
-CORRECTED_SAFETY, LINKED_CORRECTED = 0.7, 0.5
-"""Factor on the first-order error of the increments in the corrected values, where it has been taken out, and the part
-of the linked error that is left in them."""
+CORRECTED_SAFETY = 1.1
+"""Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
 
 ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
@@ -56,14 +52,6 @@ slip otherwise."""
 ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
 """The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
 them; where only the former has, they have the factors above."""
-
-LARGEST_CHANGE = 0.1
-"""Change by the increments, over the largest value so far, beyond which corrected values are no surer than those as
-run."""
-
-PRESSED_AT_ONCE = 2.0
-"""Factor on the error of the increments in the radii where one increment presses unlike bodies: two of them do not show
-how the stick zone grows with the contact."""
 
 
 def pressed_at_once(setup: ProblemSetup) -> bool:
@@ -103,15 +91,10 @@ class ErrorBars:
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
         self._setup, self._runs = setup, CoarseRuns(setup, threads)
         self._least_errors = LeastErrors.of(setup)
-        # Points per side over those of the coarse grids, and the ratio of differences to them for each order.
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
-        half, third = (finer**OBSERVED_ORDERS - 1.0 for finer in self._finer)
-        self._ratios: DoubleArray = third / half
         self._summaries: list[Summary] = []
         self._largest, self._shear_path = np.zeros(len(ESTIMATED)), ShearPath()
-        self._safety = SAFETY.copy()
         self._at_once = pressed_at_once(setup)
-        self._safety[RADII] *= PRESSED_AT_ONCE if self._at_once else 1.0
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -134,15 +117,13 @@ class ErrorBars:
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
         others = np.hypot(self._cells(state, imposed), residuals * scales)
         change = self._change_by_increments(summary.step)
-        # An imposed value keeps its error, and where much changes, errors are not of first order.
-        uncertain = imposed | (np.abs(change) > LARGEST_CHANGE * self._largest)
         safety, corrected_safety = self._safety_at(summary.step)
-        left = np.where(uncertain, safety, corrected_safety) * change
+        left = np.where(imposed, safety, corrected_safety) * change
         linked = np.where(imposed, 0.0, self._linked(change))
         # The change is twice a difference, which holds the errors of the coarse runs' iteration.
         unsolved = 2.0 * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
         errors = np.linalg.norm([others, safety * change, linked], axis=0)
-        corrected = np.linalg.norm([others, left, unsolved, LINKED_CORRECTED * linked], axis=0)
+        corrected = np.linalg.norm([others, left, unsolved, linked], axis=0)
         change[imposed] = 0.0
         self._follow(self._path.after(self._summaries))
         return SummaryErrors(
@@ -181,24 +162,16 @@ class ErrorBars:
         """Return the error of the discretisation."""
         summary = state.summary
         from_third = values_of(summary) - self._runs.third.values(summary.step)
-        between = self._runs.half_less_third(summary.step)
-        from_half = from_third - between
-        orders = (ORDER if self._least_errors.ends else SMOOTH_ORDER).copy()
-        for place in (WORK, TOTAL):
-            orders[place] = self._observed(orders[place], from_half[place], from_third[place])
+        from_half = from_third - self._runs.half_less_third(summary.step)
+        smooth = not (self._least_errors.ends or self._setup.case.friction_varies)
+        orders = (SMOOTH_ORDER if smooth else ORDER).copy()
+        orders[[WORK, TOTAL]] += 0.0 if self._setup.model.coupled else LIKE_BODIES
         half = from_half / (self._finer[0] ** orders - 1.0)
         third = from_third / (self._finer[1] ** orders - 1.0)
         least = self._least_errors.values(state, self._largest, self._shear_path)
         least[imposed] = 0.0
-        found: DoubleArray = np.linalg.norm([half, third, BETWEEN * between, least], axis=0)
+        found: DoubleArray = np.linalg.norm([half, third, least], axis=0)
         return found
-
-    def _observed(self, order: float, from_half: float, from_third: float) -> float:
-        """Return the order between the assumed one and that by which the coarse values approach that of the run."""
-        if not from_half * from_third > 0.0 or self._finer[1] < LEAST_REFINEMENT * self._finer[0]:
-            return order
-        shown = np.interp(from_third / from_half, self._ratios, OBSERVED_ORDERS)
-        return order + OBSERVED_SHARE * max(float(shown) - order, 0.0)
 
     def _change_by_increments(self, step: int) -> DoubleArray:
         """Return what infinitely many increments would add to the values, to first order."""
@@ -215,12 +188,13 @@ class ErrorBars:
         alone = (LINKED > 0.0) & CORRECTABLE & (self._path.counts[stage] == 1)
         corrected = np.where(alone, CORRECTED_ALONE, CORRECTED_SAFETY)
         corrected[[MX, MY]] = SAFETY[[MX, MY]]
-        safety = np.where(alone, ALONE, self._safety)
+        safety = np.where(alone, ALONE, SAFETY)
         if self._at_once:
             slipping = (LINKED > 0.0) & CORRECTABLE
             slipping[[WORK, TOTAL]] = True
             both = 1 in self._path.counts[1 : stage + 1]
             safety = np.where(slipping, ALONE_AT_ONCE if both else ALONE, safety)
+            safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
             corrected = np.where(slipping, CORRECTED_AT_ONCE if both else CORRECTED_ALONE, corrected)
         return safety, corrected
 

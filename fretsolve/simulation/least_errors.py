@@ -38,36 +38,31 @@ FLOOR_ORDER = 2.0
 """Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
 radius a."""
 
-DISSIPATED, DISSIPATED_FACETS, DISSIPATED_ORDER = 0.12, 0.4, 1.5
-"""Least error of the dissipated energy over its own value, in the same way, and that on facets of a height map."""
+DISSIPATED_FACETS = 0.15
+"""Least error of the dissipated energy over its own value, on facets of a height map, over h/a."""
 
-CONTACT_EDGE, STICK_EDGE = 0.0075, 0.03
-"""Least error of the radii over h; that of a stick zone which fills the contact is the contact's."""
+CONTACT_EDGE = 0.008
+"""Least error of the contact radius over h; that of a stick zone which fills the contact is the same."""
 
 CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
 """The same of half-widths and middles over h, which depend on the ends of a zone alone."""
 
-PART_STICK, PART_STICK_ENDS, PART_STICK_ORDER = 0.35, 0.6, 1.5
-"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER: where bodies
-do not end, and where one does."""
+PART_STICK, PART_STICK_ORDER = 0.5, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
 
 SHARP_EDGE, ROUNDED_EDGE = 0.1, 0.25
 """Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
 outline to their cells. And where a rounding is longer than a cell, but in contact over less than one: its cells touch
 or do not touch as a whole."""
 
-FACET_EDGE, RIDGE_EDGE = 0.03, 0.4
-"""The same where the edge of the contact runs over facets of a height map that are longer than the cells. A steep ridge
-may bound it as an edge does: RIDGE_EDGE times the pressure at ridges over that of the contact's last cell."""
+RIDGE_EDGE = 0.4
+"""The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
+times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
 
-SLENDER, SLENDER_MOMENT = 0.3, 0.5
-"""Powers of a cell's long over its short side with which some least errors grow, and those of moments: the edges of the
-zones cross few rows of slender cells, and errors by their places average less."""
-
-MOMENT, MOMENT_ENDS, TORQUE_ENDS, MOMENT_MAPS = 0.015, 0.04, 0.25, 0.15
+MOMENT, MOMENT_ENDS, MOMENT_MAPS = 0.015, 0.04, 0.15
 """Least error of Mx and My over (h/a)^FLOOR_ORDER P a, and of Mz with the shear force: they sum up tractions of
-opposite effect. Those at ends are largest, and the shear traction there is, which turns with long arms. Also of Mx and
-My with the shear force where unlike bodies touch on a height map."""
+opposite effect. Those at ends are largest. Also of Mx and My with the shear force where unlike bodies touch on a height
+map."""
 
 SHARP_MOMENT = 3.0
 """Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
@@ -78,9 +73,9 @@ PEAK = 3.0
 independent Gaussian peaks in contact, here a hundred. A sine has 1.4, which partial contact does not exceed, and two
 sines across each other have 2."""
 
-FLATTENED = 2.0
+FLATTENED = 0.5
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
-them: where the pressure is less, near the edge, the bodies touch in part. At most that part."""
+them: where the pressure is less, near the edge, the bodies touch in part."""
 
 HIDDEN_SLIP = 0.5
 """Energy that slip within the cells at a sharp edge dissipates, over A h / E* times the sum of (mu p)^2 times what the
@@ -92,14 +87,9 @@ FEW_STICK = 0.35
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
 
-NEAR_GROSS_SLIP, NEAR_GROSS_SLIP_ENDS = 0.1, 0.25
-"""Part of the friction limit left, below which the least error of the stick radius grows: by the power 2/3 where bodies
-do not end, as for a sphere c^3 = a^3 (1 - Q/mu P), and by the power 1 where one does, as a flat punch slips everywhere
-at once."""
-
-SHARP_DEPTH, ROUNDED_LENGTH, ROUNDED_ENERGY = 1.0, 1.0, 1.5
-"""Where a body ends sharply, least relative error of displacements over that of the radius of the outline, and over the
-part by which cells miss its area, which also shows in the dissipated energy. Tilts have SHARP_MOMENT times as much."""
+NEAR_GROSS_SLIP = 0.3
+"""Part of the friction limit left, below which the least error of the stick radius grows as it shrinks, where a body
+ends: a flat punch slips everywhere at once."""
 
 THIN_EDGE = 0.15
 """Least error of the stick radius over h where the slip annulus is thinner than a cell."""
@@ -172,8 +162,8 @@ class LeastErrors:
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
         outline = self._outline(state)
         self._put_zones(least, summary, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
-        dissipated = DISSIPATED_FACETS if self.ridges else DISSIPATED
-        least[[WORK, TOTAL]] = dissipated * ratio**DISSIPATED_ORDER * np.array([summary.work, summary.work_total])
+        dissipated = DISSIPATED_FACETS * ratio if self.ridges else 0.0
+        least[[WORK, TOTAL]] = dissipated * np.array([summary.work, summary.work_total])
         least[TOTAL] += self._unseen_slip(summary)[1]
         least[[WORK, TOTAL]] += np.array([shear_path.last_thin, shear_path.thin])
         least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
@@ -183,25 +173,22 @@ class LeastErrors:
         ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
         part = shear_path.last / shear_path.length if shear_path.length else 0.0
         least[[WORK, TOTAL]] += at_sharp_edges * ways * np.array([part, 1.0])
-        arms = self.slender**SLENDER_MOMENT * ratio**FLOOR_ORDER * summary.contact_radius
-        tilting = MOMENT_ENDS if self.ends else MOMENT
-        turning = TORQUE_ENDS if self.ends else MOMENT
+        arms = ratio**FLOOR_ORDER * summary.contact_radius
+        opposite = MOMENT_ENDS if self.ends else MOMENT
         shear = float(np.hypot(largest[QX], largest[QY]))
         turned = SHARP_MOMENT * outline / radius if self.sharp and radius else 0.0
         on_maps = MOMENT_MAPS * shear if self.model.coupled and self.maps else 0.0
-        tilt = math.hypot(tilting * summary.P, on_maps)
-        for place, force in ((MX, tilt), (MY, tilt), (MZ, turning * shear)):
+        tilt = math.hypot(opposite * summary.P, on_maps)
+        for place, force in ((MX, tilt), (MY, tilt), (MZ, opposite * shear)):
             least[place] = math.hypot(arms * force, least[place], turned * largest[place])
         if self.sharp and radius:
-            deep = math.hypot(SHARP_DEPTH * outline / radius, ROUNDED_LENGTH * self.missed)
+            deep = math.hypot(outline / radius, self.missed)
             least[DISPLACED] = np.hypot(least[DISPLACED], deep * largest[DISPLACED])
             least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
-            for place, value in ((WORK, summary.work), (TOTAL, summary.work_total)):
-                least[place] = math.hypot(least[place], ROUNDED_ENERGY * self.missed * value)
         if summary.max_pressure:
-            peak = least[PRESSURE] * self.slender**SLENDER + self._hidden_pressure(state)
+            peak = least[PRESSURE] + self._hidden_pressure(state)
             flattened = min(self.flattening / summary.max_pressure, 1.0)
-            unresolved = min(FLATTENED * flattened, 1.0) * flattened
+            unresolved = FLATTENED * flattened**2
             least += unresolved * largest
             least[[MX, MY]] += (flattened - unresolved) * largest[[MX, MY]]
             least[[*CONTACT_EXTENTS, *STICK_EXTENTS]] += unresolved * summary.contact_radius
@@ -219,7 +206,7 @@ class LeastErrors:
         if not (self.ridges and state.summary.contact_radius):
             return 0.0
         last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
-        return min(max(RIDGE_EDGE * self.ridges / last, FACET_EDGE), ROUNDED_EDGE) * self.side
+        return min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side
 
     def _put_zones(
         self, least: DoubleArray, summary: Summary, outline: float, ratio: float, shear_path: ShearPath
@@ -227,7 +214,7 @@ class LeastErrors:
         """Put those of radii, half-widths and middles of the zones; ratio: side over contact radius."""
         end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
-        least[CONTACT] = math.hypot(CONTACT_EDGE * self.slender**SLENDER * self.side * _slenderness(summary), outline)
+        least[CONTACT] = math.hypot(CONTACT_EDGE * self.side * _slenderness(summary), outline)
         least[STICK] = self._stick_radius(summary, outline, ratio, shear_path)
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
 
@@ -238,15 +225,11 @@ class LeastErrors:
             return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
         width = self._unseen_slip(summary)[0]
         if 0 < summary.stick_cells < summary.contact_cells or width:
-            edge = math.hypot(STICK_EDGE * self.side, outline)
-            if self.ends:
-                part = PART_STICK_ENDS * max(NEAR_GROSS_SLIP_ENDS / shear_path.left, 1.0)
-            else:
-                part = PART_STICK * max(NEAR_GROSS_SLIP / shear_path.left, 1.0) ** (2.0 / 3.0)
+            part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
-            return math.hypot(edge, part, few, self._thin_annulus(summary)) + width
-        return math.hypot(CONTACT_EDGE * self.slender**SLENDER * self.side * _slenderness(summary), outline)
+            return math.hypot(outline, part, few, self._thin_annulus(summary)) + width
+        return math.hypot(CONTACT_EDGE * self.side * _slenderness(summary), outline)
 
     def _thin_annulus(self, summary: Summary) -> float:
         """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""

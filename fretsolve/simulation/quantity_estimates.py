@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -15,46 +15,34 @@ from fretsolve.system.arrays import DoubleArray
 class QuantityEstimate:
     """The constants of a quantity.
 
-    order: with which its discretisation error falls; sequences of grids show 1.3 to 2, but fluctuate with the place of
-    the edges in their cells. between: part of the difference between the two coarse grids that counts as an error of
-    the run. safety: factor on the first-order error of the increments in the value as run. linked: least error of the
-    increments over the relative one in the dissipated energy: few increments may agree by chance in what slip adds up
-    to, as in a shear after a torsion in one increment, and not in the energy, whose parts are all positive. floor:
-    least error over the largest value so far, on cells as long as the contact radius.
+    order, smooth_order: with which its discretisation error falls, where a body ends and where none does; sequences of
+    grids show 1.3 to 2, but fluctuate with the place of the edges in their cells. safety: factor on the first-order
+    error of the increments in the value as run. linked: least error of the increments over the relative one in the
+    dissipated energy: few increments may agree by chance in what slip adds up to, as in a shear after a torsion in one
+    increment, and not in the energy, whose parts are all positive. floor: least error over the largest value so far,
+    on cells as long as the contact radius.
     """
 
-    order: float = 0.9
-    between: float = 0.5
+    order: float = 1.0
+    smooth_order: float = 1.6
     safety: float = 2.5
     linked: float = 0.0
-    floor: float = 0.1
+    floor: float = 0.07
 
 
-TILTING = QuantityEstimate(order=1.45, between=0.35, floor=0.3)
-DISSIPATED = QuantityEstimate(order=0.85, between=0.3)
-CONTACT_SIZE = QuantityEstimate(between=0.25)
-CONTACT_RADIUS = QuantityEstimate(order=1.0, between=0.25)
-# On the coarse grid its change by the increments is mostly that of its edge within the cells.
-STICK_SIZE = QuantityEstimate(between=0.25, safety=2.0)
-STICK_RADIUS = QuantityEstimate(between=0.25, safety=2.0, linked=0.2)
+# Their edges, where the pressure falls smoothly, are found to a small part of a cell.
+DIRECT = QuantityEstimate(order=1.2, smooth_order=2.0)
+# Their change by the increments on the coarse grid is mostly that of the edge within the cells.
+END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, safety=2.0)
 DIFFERENT = {
-    "delta_z": QuantityEstimate(order=1.4, between=0.3, floor=0.06),
-    "max_pressure": QuantityEstimate(order=0.85, between=0.4, floor=0.2),
-    "contact_radius": CONTACT_RADIUS,
-    "stick_radius": STICK_RADIUS,
-    **{name: CONTACT_SIZE if name.startswith("contact") else STICK_SIZE for name in EXTENTS},
-    **dict.fromkeys(("Mx", "My", "phi_x", "phi_y"), TILTING),
-    **dict.fromkeys(("work", "work_total"), DISSIPATED),
-    **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=1.1, between=0.45, linked=0.12)),
-}
-
-# Their edges, where the pressure or the shear traction falls smoothly, are found to a small part of a cell.
-SMOOTH = {
-    "contact_radius": 2.0,
-    "stick_radius": 1.5,
-    "max_pressure": 1.6,
-    "delta_z": 1.7,
-    **dict.fromkeys(TANGENTIAL, 1.35),
+    **dict.fromkeys(("P", "delta_z"), DIRECT),
+    "contact_radius": QuantityEstimate(smooth_order=2.0),
+    "stick_radius": QuantityEstimate(safety=1.0, linked=0.2),
+    "max_pressure": replace(DIRECT, floor=0.24),
+    **dict.fromkeys(EXTENTS, END_OF_ZONE),
+    **dict.fromkeys(("Mx", "My"), QuantityEstimate(floor=0.3)),
+    **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3)),
+    **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=0.85, linked=0.2)),
 }
 
 
@@ -62,11 +50,8 @@ def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
     return [np.array([getattr(one, field.name) for one in estimates]) for field in fields(QuantityEstimate)]
 
 
-ORDER, BETWEEN, SAFETY, LINKED, FLOOR = _columns([DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED])
+ORDER, SMOOTH_ORDER, SAFETY, LINKED, FLOOR = _columns([DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED])
 """The constants by quantity, in the order of `ESTIMATED`."""
-
-SMOOTH_ORDER: DoubleArray = np.array([SMOOTH.get(name, order) for name, order in zip(ESTIMATED, ORDER, strict=True)])
-"""The orders where bodies do not end."""
 
 CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY, MZ, QX, QY = map(
     ESTIMATED.index,
@@ -85,6 +70,3 @@ DISPLACED = np.array([ESTIMATED.index(name) for name in ("delta_z", "delta_x", "
 
 TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
 """Places of the tilts."""
-
-RADII = np.array([CONTACT, STICK])
-"""Places of the radii."""

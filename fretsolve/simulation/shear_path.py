@@ -10,27 +10,21 @@ from fretsolve.case.history import Summary
 LEAST_LEFT = 0.01
 """Part of the friction limit that counts as left, at least."""
 
-PRESSED_WAY = 0.1
-"""Way of the shear that pressing unlike bodies is worth at an edge, over the share of the friction limit that it takes
-there: each part of the contact that touches later slips less."""
-
 
 @dataclass(frozen=True)
 class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
-    way in the last increment and in all; pressed: what pressing adds; last_thin, thin: least error (mJ) of what the
-    last increment and all dissipated in annuli that are thinner than cells. A shear that slips within a rounding
-    dissipates what it does up to gross slip times `largest` squared times `length`: it goes with the third power of the
-    way from a reversal, halved.
+    way in the last increment and in all; last_thin, thin: least error (mJ) of what the last increment and all
+    dissipated in annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to
+    gross slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     """
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     largest: float = 0.0
     last: float = 0.0
     length: float = 0.0
-    pressed: float = 0.0
     last_thin: float = 0.0
     thin: float = 0.0
 
@@ -50,6 +44,6 @@ class ShearPath:
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
-        last = math.dist(at, self.at) + PRESSED_WAY * abs(pressed - self.pressed)
+        last = math.dist(at, self.at)
         largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
-        return ShearPath(at, largest, last, self.length + last, pressed, thin, self.thin + thin)
+        return ShearPath(at, largest, last, self.length + last, thin, self.thin + thin)
