@@ -31,8 +31,9 @@ SLIPPING, SEEN = 2.0, 1.5
 the singularity K_q of the shear traction: it slips up to d K_q / mu K from the edge, by K_q (d K_q / mu K)^(1/2) / E*.
 Punches in plane strain have 1.2 to 1.7, round ones 0.8. From d = SEEN cells on, these see it."""
 
-REACH = 1.2
-"""Share of the friction limit near a sharp edge over that of the cell there, at most, between like bodies."""
+REACH, CONCENTRATED = 1.2, 1.5
+"""Share of the friction limit near a sharp edge over that of the cell there, at most, between like bodies; and that at
+corners over that of the whole contact."""
 
 ALIGNED = 1e-6
 """Largest sine of the angle between a cylinder and an axis of the grid at which its ends run along cells."""
@@ -92,7 +93,7 @@ class Edge:
         if largest == 0.0 or self.radius:
             return 0.0
         # As the pressure does, the shear traction concentrates at corners, also where it has been taken off by now.
-        at_corners = share * limit / largest
+        at_corners = CONCENTRATED * share * limit / largest
         shares = np.minimum(np.maximum(shear / np.maximum(limit, 1e-6 * largest), at_corners), 1.0)
         beyond = np.clip(REACH * shares + unlike - 1.0, 0.0, 1.0)
         return float((limit**2 * beyond).sum())

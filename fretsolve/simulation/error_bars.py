@@ -39,8 +39,8 @@ from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 LIKE_BODIES = 0.5
-"""What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, on a contact
-that grows."""
+"""What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, in a
+contact that grows."""
 
 CORRECTED_SAFETY = 1.1
 """Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
