@@ -74,7 +74,9 @@ SHIFTS: tuple[Shift, ...] = ((0.31, 0.17), (0.02, 0.12), (0.03, 0.22), (0.37, 0.
 
 def partial() -> None:
     """Print partial slip against rings."""
-    columns = "held | T | V/V0, d/d0 or P/P0: rings | cells | V | V, shifted | d or P | d or P, shifted | jumps"
+    columns = (
+        "held | T | V/V0, d/d0 or P/P0: rings | cells | V | V, shifted: mean, rms | d or P | d or P, shifted | jumps"
+    )
     print(f"| {columns} | c/a0 (0.5) |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for (held, time_), known in PARTIAL.items():
@@ -98,7 +100,7 @@ def _errors(one: Worn, held: str, volume: float, other: float) -> tuple[float, f
 
 
 def _mean_and_rms(errors: FloatArray) -> str:
-    return f"{errors.mean():+.2%} (rms {np.sqrt(np.mean(errors**2)):.2%})"
+    return f"{errors.mean():+.2%}, {np.sqrt(np.mean(errors**2)):.2%}"
 
 
 def base() -> None:
@@ -197,7 +199,7 @@ def _limit_errors(exact: WornLimit, points: int, size: float, folder: Path) -> l
 
 def reached() -> None:
     """Print the errors of the worn limits of partial slip, reached by wear."""
-    print("| held | c/a0 | limit: V/V0, d/d0 or P/P0 | cells | V | V, shifted | d or P | d or P, shifted |")
+    print("| held | c/a0 | limit: V/V0, d/d0 or P/P0 | cells | V: mean, rms | V, shifted | d or P | d or P, shifted |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for held in ("P", "d"):
         for c in LIMIT_STICK:
