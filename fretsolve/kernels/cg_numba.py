@@ -12,14 +12,15 @@ import math
 import numpy as np
 
 from fretsolve.kernels.numba_options import inlined, kernel, larger, largest_of
+from fretsolve.kernels.preconditioning import MIDDLE
 
 
 @inlined
 def precondition(first, stop, image, residual, weight, normal, constraints):
-    """Compute ``image = T (W image + (1 - W^2) W residual)`` (T7); return residual times image, and c' image."""
+    """Compute ``image = T (V image + D residual)`` (T7); return residual times image, and c' image."""
     components, _, ny = image.shape
-    zero = image.dtype.type(0.0)
-    one = image.dtype.type(1.0)
+    number = image.dtype.type
+    zero, one, middle, half = number(0.0), number(1.0), number(MIDDLE), number(MIDDLE / 2)
     unweighted = np.ones(ny, image.dtype)
     product, moments = 0.0, np.zeros(len(constraints))
     for i in range(first, stop):
@@ -32,9 +33,10 @@ def precondition(first, stop, image, residual, weight, normal, constraints):
         else:
             for j in range(ny):
                 w, n_x, n_y = weight[i, j], normal[0, i, j], normal[1, i, j]
-                diagonal = (one - w * w) * w
+                v = w / (w + half * (one - w))
+                d = middle * (w / (w + middle * (one - w)) - v * v)
                 r_x, r_y = residual[0, i, j], residual[1, i, j]
-                x, y = image[0, i, j] * w + diagonal * r_x, image[1, i, j] * w + diagonal * r_y
+                x, y = image[0, i, j] * v + d * r_x, image[1, i, j] * v + d * r_y
                 along = x * n_x + y * n_y
                 x -= n_x * along
                 y -= n_y * along
@@ -102,9 +104,10 @@ def _add_moments(field, i, weight, constraints, moments):
 
 @inlined
 def advance(first, stop, solution, residual, direction, image, weight, constraints, amplitudes, length):
-    """Step along the direction (CG5), compute ``image = W residual``, and return the largest length of the residual."""
+    """Step along the direction (CG5), compute ``image = V residual``, and return the largest length of the residual."""
     components, _, ny = image.shape
-    step = image.dtype.type(length)
+    number = image.dtype.type
+    step, one, half = number(length), number(1.0), number(MIDDLE / 2)
     squares = np.zeros(ny, image.dtype)
     for i in range(first, stop):
         for part in range(components):
@@ -115,8 +118,13 @@ def advance(first, stop, solution, residual, direction, image, weight, constrain
                 amplitude = image.dtype.type(length * amplitudes[m])
                 for j in range(ny):
                     residual[part, i, j] += amplitude * constraints[m, part, i, j]
-            for j in range(ny):
-                image[part, i, j] = weight[i, j] * residual[part, i, j]
+            if components == 1:  # W is 0 or 1, and so is V
+                for j in range(ny):
+                    image[part, i, j] = weight[i, j] * residual[part, i, j]
+            else:
+                for j in range(ny):
+                    w = weight[i, j]
+                    image[part, i, j] = w / (w + half * (one - w)) * residual[part, i, j]
         for j in range(ny):
             squared = residual[0, i, j] * residual[0, i, j]
             if components == 2:
@@ -176,7 +184,7 @@ def constrain(first, stop, constraints, motions, x, y, normal, zone, weight):
 def start(
     solution, displacement, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram
 ):
-    """Begin at 0: compute ``residual = P T residual`` in the zone (T9) and ``image = W residual`` (CG1)."""
+    """Begin at 0: compute ``residual = P T residual`` in the zone (T9) and ``image = V residual`` (CG1)."""
     rows = len(weight)
     clear(0, rows, solution, displacement, direction, image)
     _, moments = apply(0, rows, residual, residual, direction, stiffness, normal, zone, weight, constraints)
@@ -186,7 +194,7 @@ def start(
 
 @kernel
 def search(image, direction, residual, weight, normal, constraints, inverse_gram, rho_before):
-    """Compute ``z = T (W image + (1 - W^2) W residual)`` (T7) and turn the direction to it (CG2, CG3); return rho."""
+    """Compute ``z = T (V image + D residual)`` (T7) and turn the direction to it (CG2, CG3); return rho."""
     rows = len(weight)
     rho, moments = precondition(0, rows, image, residual, weight, normal, constraints)
     if rho > 0.0:

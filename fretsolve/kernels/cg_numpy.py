@@ -1,8 +1,8 @@
 """Passes of the conjugate gradients over some rows, in NumPy. `fretsolve.kernels.on_grid.Steps` puts them together.
 
-Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny). The symbols T, S, W, P
-(there Pi), c, the steps CG1 to CG6 and the equations (T6) to (T9) are in docs/theory.md. `normal` and `stiffness` are
-used for two components only.
+Fields are (k, nx, ny) with one or two components, planes (nx, ny), constraints c (m, k, nx, ny). The symbols T, S, W,
+V, D, P (there Pi), c, the steps CG1 to CG6 and the equations (T6) to (T9) are in docs/theory.md. `normal` and
+`stiffness` are used for two components only.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 
+from fretsolve.kernels.preconditioning import diagonal, share
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products
 
 
@@ -49,13 +50,14 @@ def clear(solution: FloatArray, displacement: FloatArray, direction: FloatArray,
 def precondition(
     image: FloatArray, residual: FloatArray, weight: FloatArray, normal: FloatArray, constraints: FloatArray
 ) -> tuple[float, DoubleArray]:
-    """Compute ``z = T (W image + (1 - W^2) W residual)`` (T7) in place of the image (CG2).
+    """Compute ``z = T (V image + D residual)`` (T7) in place of the image (CG2).
 
     Return its product with `residual` and ``c' z``.
     """
-    image *= weight
+    factor = _share(weight, image)
+    image *= factor
     if len(image) == 2:
-        image += (1.0 - weight * weight) * weight * residual
+        image += diagonal(weight, factor) * residual
         _take_tangential(image, normal)
     return _product(residual, image), _moments(image, constraints)
 
@@ -110,7 +112,7 @@ def advance(
     amplitudes: FloatArray,
     length: float,
 ) -> float:
-    """Compute ``solution += length direction``, ``residual -= length (image - c amplitudes)``, ``image = W residual``.
+    """Compute ``solution += length direction``, ``residual -= length (image - c amplitudes)``, ``image = V residual``.
 
     Return the largest length of the residual in a cell (CG5).
     """
@@ -118,7 +120,7 @@ def advance(
     residual -= length * image
     for constraint, amplitude in zip(constraints, amplitudes.tolist(), strict=True):
         residual += length * amplitude * constraint
-    np.multiply(residual, weight, out=image)
+    np.multiply(residual, _share(weight, image), out=image)
     return math.sqrt(np.einsum("kij,kij->ij", residual, residual).max())
 
 
@@ -136,6 +138,11 @@ def add(field: FloatArray, change: FloatArray, factor: float) -> None:
 def largest(field: FloatArray) -> float:
     """Return the largest absolute value, or NaN if there is one."""
     return float(np.maximum(field.max(), -field.min()))
+
+
+def _share(weight: FloatArray, field: FloatArray) -> FloatArray:
+    """Return V for a field; with one component W is 0 or 1, and so is V."""
+    return weight if len(field) == 1 else share(weight)
 
 
 def _take_tangential(block: FloatArray, normal: FloatArray) -> None:

@@ -106,7 +106,7 @@ class Steps:
         constraints: FloatArray,
         inverse_gram: DoubleArray,
     ) -> float:
-        """Begin at 0: set three fields to it, compute ``residual = P T residual`` (T9) and ``image = W residual``.
+        """Begin at 0: set three fields to it, compute ``residual = P T residual`` (T9) and ``image = V residual``.
 
         Return the largest length of the residual in a cell (CG1).
         """
@@ -157,7 +157,7 @@ class Steps:
 
         moved: B times the direction. ``solution += alpha direction``, ``displacement += alpha moved`` and
         ``residual -= alpha P w`` (T9), with ``alpha = rho / kappa`` and kappa the product of direction and w; then
-        ``image = W residual``. Return kappa and the largest length of the residual in a cell. If kappa is not positive,
+        ``image = V residual``. Return kappa and the largest length of the residual in a cell. If kappa is not positive,
         solution, displacement and residual stay.
         """
         kappa, moments = self._passes.apply(moved, image, direction, stiffness, normal, zone, weight, constraints)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.kernels.preconditioning import diagonal, share
 from fretsolve.solvers.gmres import gmres
 from fretsolve.system.arrays import BoolArray, FloatArray
 
@@ -44,7 +45,9 @@ class CoupledEquations:
         self._normal, self._drag, self._stiffness, self._loads = normal, drag, stiffness, motions
         self._tractions, self._displacements = np.zeros((3, *contact.shape)), np.empty((3, *contact.shape))
         self._scaled = np.empty((3, *contact.shape), operator.inner.dtype)
-        self._weight = 1.0 / (1.0 + stiffness)
+        weight = 1.0 / (1.0 + stiffness)
+        self._share = share(weight)
+        self._diagonal = diagonal(weight, self._share)
         # the motions, preconditioned, and their resultants: the small system of the amplitudes
         self._motions = motions.copy()
         for motion in self._motions:
@@ -113,18 +116,18 @@ class CoupledEquations:
 
     def _invert(self, right: FloatArray) -> FloatArray:
         """Apply the preconditioner (T7)."""
-        weight, inverse = self._weight, self._operator.preconditioner
+        within, inverse = self._share, self._operator.preconditioner
         largest = float(np.abs(right).max()) or 1.0
         scaled = right / largest
-        diagonal = scaled[1:] * (weight * (1.0 - weight**2))
-        scaled[1:] *= weight
+        by_cell = scaled[1:] * self._diagonal
+        scaled[1:] *= within
         self._scaled.fill(0.0)
         self._scaled.reshape(3, -1)[:, self._cells] = scaled
         inverse.normal(self._scaled[:1], self._scaled[:1])
         inverse.tangential(self._scaled[1:], self._scaled[1:])
         result = self._scaled.reshape(3, -1).take(self._cells, axis=1).astype(np.float64)
-        result[1:] *= weight
-        result[1:] += diagonal
+        result[1:] *= within
+        result[1:] += by_cell
         result *= largest
         self._keep_across(result)
         return result

@@ -90,7 +90,7 @@ class ProjectedCG:
             self._inverse_gram,
         )
         u, b_d, w, cg = self._displacement, self._moved, z, self._kernels
-        # CG1: x = d = 0, u = B x = 0, r = P T r in the zone, by the projection P of (T9); z = W r
+        # CG1: x = d = 0, u = B x = 0, r = P T r in the zone, by the projection P of (T9); z = V r
         first = cg.start(x, u, d, r, z, s, n, zone, weight, c, inverse_gram)
         if first < self._nothing_left:
             return 1
@@ -103,7 +103,7 @@ class ProjectedCG:
                 break
             rho_before = rho
             # CG4, CG5: w = T (B + S) d in the zone (T6), kappa = d.w, alpha = rho / kappa, x = x + alpha d,
-            # u = u + alpha B d, r = r - alpha P w; z = W r for the next iteration
+            # u = u + alpha B d, r = r - alpha P w; z = V r for the next iteration
             elastic(d, b_d)
             kappa, largest = cg.step(x, u, r, d, b_d, w, s, n, zone, weight, c, inverse_gram, rho)
             if not kappa > 0.0:

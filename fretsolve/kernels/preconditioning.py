@@ -1,0 +1,19 @@
+"""The factors V and D of the preconditioner (T7), which balance elastic operator and slip law in a slipping cell."""
+
+from __future__ import annotations
+
+from fretsolve.system.arrays import FloatArray
+
+MIDDLE = 1.7
+"""The f of (T7). Mode I.3 takes 4 % fewer applications on 64 x 64 points than with M = W F W + (1 - W^2) W, and 8 %
+fewer on 256 x 256. No shipped case takes over 1 % more; with f = 1 those of wear take up to 8 % more."""
+
+
+def share(weight: FloatArray) -> FloatArray:
+    """Return V from W (T9)."""
+    return weight / (weight + 0.5 * MIDDLE * (1.0 - weight))
+
+
+def diagonal(weight: FloatArray, share: FloatArray) -> FloatArray:
+    """Return D from W and V."""
+    return MIDDLE * (weight / (weight + MIDDLE * (1.0 - weight)) - share * share)
