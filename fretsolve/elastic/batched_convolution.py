@@ -8,9 +8,10 @@ products. On 16, 32 and 64 cells per side, two components take 0.4, 0.7 and 1.0 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,34 +30,39 @@ class BatchedConvolution:
     def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: np.dtype[Any], kernels: ModuleType):
         self._shape, self._padded, self._dtype, self._kernels = shape, padded, dtype, kernels
         self._forward, self._backward = cache(self._make_forward), cache(self._make_backward)
-        self._factors: dict[tuple[KernelMatrix, tuple[bool, bool]], NDArray[np.inexact]] = {}
+        self._steps: dict[tuple[KernelMatrix, tuple[bool, bool]], _Steps] = {}
 
     def apply(self, kernels: KernelMatrix, fields: Fields, displacements: Fields, turned: tuple[bool, bool]) -> None:
         """Compute ``displacements = kernels @ fields``; arguments as for `PaddedConvolution.apply`."""
-        forward, backward = self._forward(len(fields)), self._backward(len(displacements))
-        _copy(fields, forward.rows)
-        forward.execute()
+        steps = self._steps.get((kernels, turned))
+        if steps is None:
+            steps = self._steps[kernels, turned] = self._make_steps(kernels, turned)
+        _copy(fields, steps.rows)
+        for transform in steps.forward:
+            transform()
+        self._kernels.combine(*steps.products)
+        for transform in steps.backward:
+            transform()
+        _copy(steps.wanted, displacements)
+
+    def _make_steps(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> _Steps:
+        """Return all that a convolution consists of, so that it looks up nothing: a tenth of one on 32 x 32 points."""
+        forward, backward = self._forward(len(kernels[0])), self._backward(len(kernels))
         factors = self._factors_of(kernels, turned)
-        spectra, _ = forward.of(factors)
-        self._kernels.combine(factors, spectra, *backward.of(factors))
-        backward.execute()
-        _copy(backward.rows, displacements)
+        products = factors, forward.of(factors)[0], *backward.of(factors)
+        return _Steps(forward.rows, forward.plans, products, backward.plans, backward.rows)
 
     def _factors_of(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> NDArray[np.inexact]:
         """Return the kernels (m, n, mx * (my//2 + 1)) with their factors i and -i; real ones twice, for both parts."""
-        found = self._factors.get((kernels, turned))
-        if found is None:
-            values = np.array([[_whole(kernel, self._padded[0]) for kernel in row] for row in kernels])
-            if any(turned):
-                turns = np.ones((*values.shape[:2], 1, 1), np.result_type(values, np.complex64))
-                turns[:, 0] *= 1j ** turned[0]
-                turns[0] *= (-1j) ** turned[1]
-                found = values * turns
-            else:
-                found = np.repeat(values, 2, axis=-1)
-            found = found.reshape(*found.shape[:2], -1)
-            self._factors[kernels, turned] = found
-        return found
+        values = np.array([[_whole(kernel, self._padded[0]) for kernel in row] for row in kernels])
+        if any(turned):
+            turns = np.ones((*values.shape[:2], 1, 1), np.result_type(values, np.complex64))
+            turns[:, 0] *= 1j ** turned[0]
+            turns[0] *= (-1j) ** turned[1]
+            found = values * turns
+        else:
+            found = np.repeat(values, 2, axis=-1)
+        return found.reshape(*found.shape[:2], -1)
 
     def _make_forward(self, count: int) -> _Transforms:
         """Return the transforms of `count` fields, along y, then along x out of an array whose padding stays zero."""
@@ -95,16 +101,21 @@ class _Transforms:
         self.rows = rows
         flat = tuple(array.reshape(-1, spectrum[0].size) for array in (spectrum, product))
         self._numbers, self._parts = flat, tuple(array.view(rows.dtype) for array in flat)
-        self._first, self._second = (one.execute for one in plans)
+        self.plans = tuple(one.execute for one in plans)
 
     def of(self, factors: NDArray[np.inexact]) -> tuple[NDArray[np.inexact], ...]:
         """Return the spectrum and an array of its shape for products; for real factors their parts, as neighbours."""
         return self._numbers if factors.dtype.kind == "c" else self._parts
 
-    def execute(self) -> None:
-        """Transform all of them."""
-        self._first()
-        self._second()
+
+class _Steps(NamedTuple):
+    """Steps of a convolution: `rows` that receive the fields, plans, arguments of `combine`, plans, `wanted` rows."""
+
+    rows: FloatArray
+    forward: tuple[Callable[[], Any], ...]
+    products: tuple[NDArray[np.inexact], ...]
+    backward: tuple[Callable[[], Any], ...]
+    wanted: FloatArray
 
 
 def _copy(source: Fields, target: Fields) -> None:
