@@ -34,7 +34,8 @@ class ElasticOperator:
     Its methods compute displacements (mm) from tractions (MPa) and write them into their last argument. Pressure and uz
     are (nx, ny) or (1, nx, ny), shear and tangential displacement (2, nx, ny). `applications` counts the calls.
     team: threads, kernels and working memory, which operators that take turns may share; spectra: of the influence
-    coefficients, in the precision `dtype`, if they are known already.
+    coefficients, in the precision `dtype`, if they are known already; whole: operator on a small grid of the same
+    spacing that has this one as a part, whose coefficients are used.
     """
 
     def __init__(
@@ -46,12 +47,15 @@ class ElasticOperator:
         team: ThreadTeam | None = None,
         dtype: type[np.floating] = np.float64,
         spectra: dict[Influence, KernelSpectrum] | None = None,
+        whole: ElasticOperator | None = None,
     ):
         self.terms, self.dtype, self.applications = terms, dtype, 0
         self._problem = shape, spacing, compliances, terms
         self._team = team or ThreadTeam()
         self._convolution = PaddedConvolution(shape, dtype, self._team)
-        self._spectra = InfluenceSpectra(self._convolution, spacing, compliances) if spectra is None else spectra
+        of_whole: InfluenceSpectra | None = None if whole is None else whole.influence
+        self.influence: InfluenceSpectra = InfluenceSpectra(self._convolution, spacing, compliances, of_whole)
+        self._spectra = self.influence if spectra is None else spectra
 
     @property
     def compliances(self) -> Compliances:

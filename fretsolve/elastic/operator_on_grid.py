@@ -19,8 +19,12 @@ def operator_on(
     team: ThreadTeam | None = None,
     dtype: type[np.floating] = np.float64,
     orthotropy: Orthotropy | None = None,
+    whole: ElasticOperator | None = None,
 ) -> ElasticOperator:
-    """Return the elastic operator on a grid, of strips or of rectangles; orthotropy: scales shear and slip."""
+    """Return the elastic operator on a grid, of strips or of rectangles.
+
+    orthotropy: scales shear and slip; whole: as for `ElasticOperator`.
+    """
     if isinstance(grid, LineGrid):
         from fretsolve.elastic.line_operator import LineOperator  # other cases need none of it
 
@@ -29,4 +33,4 @@ def operator_on(
         from fretsolve.elastic.orthotropic_operator import OrthotropicOperator
 
         return OrthotropicOperator(orthotropy, grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)
-    return ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)
+    return ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, whole=whole)

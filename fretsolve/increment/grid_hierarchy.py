@@ -39,13 +39,15 @@ NEAR_THE_LIMIT = 0.2
 class GridLevel:
     """Operator and solvers on `grid`, with a coarser level below if there are enough points.
 
-    dtype: precision of the operator.
+    dtype: precision of the operator; whole: operator of a small grid that has this one as a part.
     """
 
-    def __init__(self, grid: Grid, model: Model, team: ThreadTeam, dtype: type[np.floating]):
+    def __init__(
+        self, grid: Grid, model: Model, team: ThreadTeam, dtype: type[np.floating], whole: ElasticOperator | None = None
+    ):
         self.grid = grid
         self._has_shear = model.has_shear
-        self.operator = operator_on(grid, model.compliances, model.terms, team, dtype, model.orthotropy)
+        self.operator = operator_on(grid, model.compliances, model.terms, team, dtype, model.orthotropy, whole)
         self._transfer = GridTransfer(grid)
         coarse = self._transfer.coarse
         self.coarser = None if coarse is None else GridLevel(coarse, model, team, dtype)

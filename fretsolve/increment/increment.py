@@ -177,7 +177,8 @@ class IncrementSolver:
             level = self.level
             if region.count < self.grid.nx * self.grid.ny:
                 part = region.part_of(self.grid)
-                level = GridLevel(part, self.model, self._team, self._precision)
+                whole = None if self._large else self.level.operator
+                level = GridLevel(part, self.model, self._team, self._precision, whole)
             separation = self.separation[region.cells]
             iteration = StaggeredIteration(level, separation, self.model, self.max_iterations, self.tolerance)
         self._iterations[region] = iteration

@@ -25,6 +25,13 @@ def operator(terms=FULL, shape=SHAPE, **options):
     return ElasticOperator(shape, SPACING, MATERIAL, terms, **options)
 
 
+def apply_all(elastic, tractions):
+    """The displacements uz, ux, uy by pressure and shear, (3, nx, ny)."""
+    displacements = np.empty_like(tractions)
+    elastic.all(tractions[0], tractions[1:], displacements[0], displacements[1:])
+    return displacements
+
+
 @pytest.fixture
 def tractions():
     return np.random.default_rng(0).normal(size=(3, *SHAPE))
@@ -121,6 +128,19 @@ def test_x_and_y_change_places_on_a_square_grid():
     elastic.tangential(shear, displacement)
     oblong.tangential(shear, other)
     np.testing.assert_allclose(displacement, other, atol=1e-11 * np.abs(other).max())
+
+
+def test_a_part_of_a_grid_takes_the_coefficients_of_the_whole(tractions, monkeypatch):
+    whole = operator(shape=(20, 15))
+    parts = [operator(whole=whole), operator()]
+    displacements = [apply_all(part, tractions) for part in parts]
+    np.testing.assert_allclose(displacements[0], displacements[1], rtol=1e-12)
+    monkeypatch.delattr("fretsolve.elastic.influence.influence_coefficients")
+    smaller = operator(shape=(7, 9), whole=whole)
+    uz = np.empty((7, 9))
+    smaller.normal(tractions[0, :7, :9], uz)
+    apply_all(whole, np.ones((3, 20, 15)))  # its own are kept, too
+    assert uz.any()
 
 
 @pytest.mark.parametrize("terms", [NONE, TANGENTIAL, FULL])
