@@ -67,6 +67,7 @@ class StaggeredIteration:
             start.largest_displacement, start.rigid, self.level.grid.farthest, self._tolerance
         )
         self._friction, problem = start.friction or FrictionBound(self.model.friction), None
+        self._control = increment.tangential.relative_to(start.rigid[3:])
         if start.friction is not None and self._holds(increment, start, work):
             return
         if self.model.has_shear and not self._is_far(increment.tangential):
@@ -162,7 +163,7 @@ class StaggeredIteration:
 
     def _holds(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether the start is the solution: nothing imposed changes, and its shear is within friction."""
-        control = increment.tangential.relative_to(start.rigid[3:])
+        control = self._control
         if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
             return False
         if not self.model.has_shear or not (work.shear == start.shear).all():
@@ -244,7 +245,7 @@ class StaggeredIteration:
         if self.model.has_shear:
             if self._coupled or start.shear.any() or start.displacement.any():
                 return True
-            if any(imposed.relative_to(start.rigid[3:]).values):
+            if any(self._control.values):
                 return True
         elif self.model.friction == 0.0 and imposed.imposed_resultant.any():
             raise gross_slip_error(imposed, 0.0, 0.0, self.model.line)
@@ -257,8 +258,7 @@ class StaggeredIteration:
         A load that friction cannot carry is an error once the pressure is settled; before, it is cut to just below the
         limit load.
         """
-        imposed = increment.tangential
-        control = imposed.relative_to(start.rigid[3:])
+        imposed, control = increment.tangential, self._control
         factor = load_factor(self._friction_limit, control, self.level.tangential.modes)
         if factor > 1.0 + at_the_limit(self.level.operator.dtype):
             return control
@@ -275,12 +275,12 @@ class StaggeredIteration:
         The tolerance is a hundredth of the slip error that the last change caused, and at least `tolerance`; if the
         next change is expected to be small enough to stop (ST8), it is `tolerance`.
         """
-        moved = np.abs(work.rigid - start.rigid) * self.level.tangential.modes.arms
+        moved: list[float] = (np.abs(work.rigid - start.rigid) * self.level.tangential.modes.arms).tolist()
         elastic, least = start.largest_displacement, self._least_slip
         mismatch = start.largest_mismatch(work.pressure)
-        motion = max(*map(float, moved[:3]), mismatch, LEAST_MOTION * elastic, least)
+        motion = max(*moved[:3], mismatch, LEAST_MOTION * elastic, least)
         if self._coupled and CONTRACTION * work.change > 2.0 * self._target:
-            disturbed = work.change * work.gap_scale / max(motion, float(moved[3:].max()), TINY)
+            disturbed = work.change * work.gap_scale / max(motion, *moved[3:], TINY)
             tolerance = max(tolerance, min(0.01 * disturbed, FIRST_TOLERANCE))
         return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
 

@@ -23,7 +23,7 @@ from fretsolve.errors import ContactLostError
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
-from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, is_singular, largest_error, solve_modes
+from fretsolve.solvers.rigid_modes import SINGLE_MODES, GapErrors, NormalModes, is_singular, largest_error, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Products, Vector
 
 REDUCTION, SETTLED_REDUCTION = 0.2, 0.03
@@ -222,12 +222,12 @@ class NormalSolver:
         with np.errstate(over="ignore"):  # outside of the contact, where CG does not look, in single precision
             np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
-        tilts = np.eye(3)
+        motions = list(SINGLE_MODES)
         if control.forced[0] and any(control.forced[1:]):
             # With P imposed, tilts may be about the contact's middle: they are not nearly dependent.
             middle_x, middle_y = self.modes.middle(self._contact)
-            tilts[1:, 0] = -middle_y, -middle_x
-        self._cg.constrain(tilts[control.forced_index], self.modes.x, self.modes.y)
+            motions[1:] = (-middle_y, 1.0, 0.0), (-middle_x, 0.0, 1.0)
+        self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y)
 
     def _release_tension(self, control: LoadControl, pressure: FloatArray) -> None:
         """Open the cells under tension.
@@ -284,8 +284,7 @@ class NormalSolver:
         if not forced or not self._contact.any():
             return
         gram = self.modes.gram(pressure)
-        missing = control.imposed_resultant / self.modes.cell_area - gram[0]
-        self.modes.stretch(pressure, solve_modes(gram, missing, forced))
+        self.modes.stretch(pressure, solve_modes(gram, self.modes.missing(control, gram[0]), forced))
 
 
 def grown(contact: BoolArray) -> BoolArray:

@@ -12,14 +12,14 @@ of a cell and the largest residual are about 1, so single precision suffices at 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.solvers.rigid_modes import WELL_APART
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums
 
 Apply = Callable[[FloatArray, FloatArray], None]
 """A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
@@ -59,8 +59,8 @@ class ProjectedCG:
         """The solution x and B x, (c, nx, ny) each; both hold until the workspace has another use."""
         return self.solution, self._displacement
 
-    def constrain(self, motions: DoubleArray, x: FloatArray, y: FloatArray) -> None:
-        """Keep the solution orthogonal to rigid motions of the amplitudes `motions` (m, 3).
+    def constrain(self, motions: Sequence[Sums], x: FloatArray, y: FloatArray) -> None:
+        """Keep the solution orthogonal to m rigid motions, each of three amplitudes (a, b, c).
 
         With one component they are a + b y + c x, with two (a - c y, b + c x); x (nx,), y (ny,): centres of the cells,
         in order.
@@ -70,8 +70,8 @@ class ProjectedCG:
             self._all_constraints = np.zeros((count, *self.solution.shape), self.solution.dtype)
         self._constraints, self._inverse_gram = self._all_constraints[:count], np.zeros((0, 0))
         if count:
-            motions = _scaled(motions, x, y, len(self.solution))
-            gram = self._kernels.constrain(self._constraints, motions, x, y, self.normal, self.zone, self.weight)
+            scaled = np.array([_scaled(motion, x, y, len(self.solution)) for motion in motions])
+            gram = self._kernels.constrain(self._constraints, scaled, x, y, self.normal, self.zone, self.weight)
             self._inverse_gram = _pseudo_inverse(gram, count)
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
@@ -115,19 +115,19 @@ class ProjectedCG:
         return max(iteration, 1)
 
 
-def _scaled(motions: DoubleArray, x: FloatArray, y: FloatArray, components: int) -> DoubleArray:
-    """Return rigid motions over their largest displacement, which they have at a corner of the grid."""
-    scaled = motions.copy()
-    ends_x, ends_y = (float(x[0]), float(x[-1])), (float(y[0]), float(y[-1]))
-    for motion, (a, b, c) in zip(scaled, motions.tolist(), strict=True):
-        if not c and (components == 2 or not b):
-            largest = max(abs(a), abs(b))  # the same in all cells
-        elif components == 1:
+def _scaled(motion: Sums, x: FloatArray, y: FloatArray, components: int) -> Sums:
+    """Return a rigid motion over its largest displacement, which it has at a corner of the grid."""
+    a, b, c = motion
+    if not c and (components == 2 or not b):
+        largest = max(abs(a), abs(b))  # the same in all cells
+    else:
+        ends_x, ends_y = (float(x[0]), float(x[-1])), (float(y[0]), float(y[-1]))
+        if components == 1:
             largest = max(abs(a + b * y_end + c * x_end) for y_end in ends_y for x_end in ends_x)
         else:
             largest = max(*(abs(a - c * y_end) for y_end in ends_y), *(abs(b + c * x_end) for x_end in ends_x))
-        motion /= largest or 1.0
-    return scaled
+    largest = largest or 1.0
+    return a / largest, b / largest, c / largest
 
 
 def _pseudo_inverse(gram: Products, count: int) -> DoubleArray:

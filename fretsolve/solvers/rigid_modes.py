@@ -45,6 +45,10 @@ class GapErrors:
         return self.largest / self.gap_scale
 
 
+SINGLE_MODES: Products = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+"""The amplitudes of each mode alone."""
+
+
 class _Modes:
     """Cells of a grid, their middle and moments.
 
@@ -63,6 +67,12 @@ class _Modes:
         places = self.x[contact.any(axis=1)], self.y[contact.any(axis=0)]
         x, y = (0.5 * float(ends[0] + ends[-1]) if ends.size else 0.0 for ends in places)
         return x, y
+
+    def missing(self, control: LoadControl, sums: Sums) -> Sums:
+        """Return how much imposed resultants exceed those of a traction, over a cell's area; sums: of the traction."""
+        area, (one, two, three) = self.cell_area, sums
+        loads = [value if forced else 0.0 for forced, value in zip(control.forced, control.values, strict=True)]
+        return loads[0] / area - one, loads[1] / area - two, loads[2] / area - three
 
     def gram(self, weight: FloatArray | BoolArray) -> Products:
         """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""
@@ -95,7 +105,7 @@ class NormalModes(_Modes):
         )
         if scale <= 0.0 and not contact.any():
             scale = OPEN * (abs(float(rigid[0])) + self.tilted(rigid))
-        return GapErrors(penetration, float(np.maximum(in_contact, penetration)), max(scale, TINY))
+        return GapErrors(penetration, larger(in_contact, penetration), max(scale, TINY))
 
     def tilted(self, rigid: Vector) -> float:
         """Return the largest displacement of a cell (mm) that phi_x and phi_y may cause."""
@@ -144,7 +154,7 @@ def solve_modes(gram: Products | DoubleArray, right: Sums | Vector, forced: list
     Singular directions get no amplitude: a contact of one cell, for example, cannot resist rotation. One mode, or two
     that are far from dependent, are solved by hand, because calls of LAPACK take longer than a pass over a small grid.
     """
-    amplitudes = np.zeros(3)
+    amplitudes = [0.0, 0.0, 0.0]
     if len(forced) == 1:
         (mode,) = forced
         amplitudes[mode] = right[mode] / gram[mode][mode] if gram[mode][mode] > 0.0 else 0.0
@@ -158,8 +168,9 @@ def solve_modes(gram: Products | DoubleArray, right: Sums | Vector, forced: list
         kept = values > SINGULAR
         components = (np.asarray(right)[forced] / scale) @ vectors
         components = np.divide(components, values, out=np.zeros_like(values), where=kept)
-        amplitudes[forced] = vectors @ components / scale
-    return amplitudes
+        for mode, amplitude in zip(forced, vectors @ components / scale, strict=True):
+            amplitudes[mode] = amplitude
+    return np.array(amplitudes)
 
 
 def is_singular(gram: Products | DoubleArray, forced: list[int]) -> bool:
@@ -171,9 +182,14 @@ def is_singular(gram: Products | DoubleArray, forced: list[int]) -> bool:
     return bool(np.linalg.eigvalsh(_with_unit_diagonal(gram, forced)[0])[0] < NEARLY_SINGULAR)
 
 
+def larger(value: float, other: float) -> float:
+    """Return the larger of two numbers, or NaN if one is. NumPy takes ten times as long for two."""
+    return value if value > other or value != value else other
+
+
 def largest_error(found: Sums | Vector, control: LoadControl, scale: float, arms: Vector) -> float:
     """Return the largest error of the imposed ones of three resultants over `scale`, a moment: times its arm."""
-    errors = (abs(float(found[mode]) - control.values[mode]) / float(arms[mode]) for mode in control.forced_index)
+    errors = [abs(float(found[mode]) - control.values[mode]) / float(arms[mode]) for mode in control.forced_index]
     return max(errors) / scale
 
 

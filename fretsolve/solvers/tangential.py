@@ -23,7 +23,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.projected_cg import ProjectedCG
-from fretsolve.solvers.rigid_modes import TangentialModes, is_singular, largest_error, solve_modes
+from fretsolve.solvers.rigid_modes import SINGLE_MODES, TangentialModes, is_singular, larger, largest_error, solve_modes
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
 
 STIFFEST = 1e25
@@ -235,8 +235,8 @@ class TangentialSolver:
         scale = max(scales.motion, abs(dx), abs(dy), abs(turn) * self.modes.arm, TINY)
         largest, in_slip, in_stick = errors
         largest = max(largest, LEAST_SLIP * scale, scales.least_slip)
-        residual = np.maximum(in_stick / scale, in_slip / largest)  # keeps a NaN
-        return float(residual), max(in_slip, in_stick), min(scale, largest)
+        residual = larger(in_stick / scale, in_slip / largest)
+        return residual, max(in_slip, in_stick), min(scale, largest)
 
     def _unbalance(self, control: LoadControl, capacity: float, shear: FloatArray) -> float:
         """Return the largest error of an imposed resultant over what friction can carry, N (a torque: its arm)."""
@@ -248,12 +248,12 @@ class TangentialSolver:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
         self._kernels.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
-        motions = np.eye(3)
+        motions = list(SINGLE_MODES)
         if control.forced[2]:
             # With imposed forces the turn may be about the contact's middle: then it is not nearly dependent.
             x, y = self.modes.middle(self._contact)
-            motions[2, :2] = y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0
-        self._cg.constrain(motions[control.forced_index], self.modes.x, self.modes.y)
+            motions[2] = y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0
+        self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y)
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
         """Add the rigid pattern W T N a to the shear, so that it has the imposed resultants."""
@@ -262,5 +262,5 @@ class TangentialSolver:
             return
         x, y = self.modes.x, self.modes.y
         sums, gram = self._kernels.balance(shear, weight, self._normal, x, y)
-        amplitudes = solve_modes(gram, control.imposed_resultant / self.modes.cell_area - sums, forced)
+        amplitudes = solve_modes(gram, self.modes.missing(control, sums), forced)
         self._kernels.add_motion(shear, amplitudes, x, y, weight, self._normal)

@@ -5,7 +5,7 @@ import pytest
 
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, solve_modes
+from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, larger, solve_modes
 
 GRID = Grid.from_size((7, 5), (1.4, 0.9), (0.3, -0.2))
 ALL = [0, 1, 2]
@@ -82,6 +82,21 @@ class TestTangentialModes:
         rigid, out = np.array([0.3, -0.7, 1.1]), np.empty((2, *GRID.shape))
         self.MODES.displacement(rigid, out)
         assert np.vdot(out, fields) == pytest.approx(rigid @ self.MODES.sums(fields))
+
+
+def test_missing_resultants_are_those_imposed_less_those_of_a_traction():
+    modes = NormalModes(GRID)
+    control = LoadControl((True, False, True), (2.0 * GRID.cell_area, 0.5, 3.0 * GRID.cell_area))
+    assert modes.missing(control, (1.5, 4.0, 0.5)) == pytest.approx((0.5, -4.0, 2.5))
+
+
+@pytest.mark.parametrize(("value", "other"), [(np.nan, 1.0), (1.0, np.nan), (np.nan, np.nan)])
+def test_the_larger_number_is_nan_if_one_is(value, other):
+    assert np.isnan(larger(value, other))
+
+
+def test_the_larger_number():
+    assert larger(2.0, 1.0) == larger(1.0, 2.0) == larger(2.0, 2.0) == 2.0
 
 
 class TestSolveModes:
