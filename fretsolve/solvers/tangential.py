@@ -30,20 +30,8 @@ STIFFEST = 1e25
 """Limit of lam/b in units of the inner iterations; it leaves room for products in single precision."""
 
 REDUCTION, LATER_REDUCTION = 0.2, 0.03
-"""Largest factors by which CG reduces the residual of the Newton equation (TG5): in the first solve of an increment,
+"""Factors by which CG reduces the residual of the Newton equation (TG5): in the first solve of an increment,
 and in later ones, whose zones hardly change."""
-
-EXPECTED_SHARE, LEAST_REDUCTION = 0.7, 0.01
-"""CG reduces that residual by EXPECTED_SHARE of the factor by which the round before reduced the largest slip error,
-down to LEAST_REDUCTION: while rounds reduce it little, the zones move, and more of CG would be lost. Similar spheres
-take 12 % fewer applications of the operator on 32 x 32 and 64 x 64 cells than with the factors above alone, in a third
-fewer rounds; dissimilar ones as many, in a tenth fewer rounds. Shares of 0.5 and 1 take as many or more."""
-
-QUADRATIC, LEAST_SETTLED_REDUCTION = 5.0, 1e-3
-"""In later solves CG reduces it by QUADRATIC times the residual of the slip law, if that is less, down to
-LEAST_SETTLED_REDUCTION: near the solution the error of a Newton step falls with the square of the residual, so one
-round does the work of two. Mode I.3 takes 2 % fewer applications. In the first solve zones still move: there mode I.2
-would take a tenth more."""
 
 FLOOR = 0.7
 """CG reduces it to this part of the tolerance (TG4). Mode I.3 takes 3 % fewer applications than with 0.3."""
@@ -100,7 +88,7 @@ class TangentialSolver:
         (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; friction_limit: (nx, ny), MPa; tolerance: on
         the residual.
         """
-        iterations, only_loads_missed, least, since_halved, largest_before = 0, 0, np.inf, 0, 0.0
+        iterations, only_loads_missed, least, since_halved = 0, 0, np.inf, 0
         largest_limit = float(friction_limit.max()) or TINY
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
@@ -128,12 +116,7 @@ class TangentialSolver:
                 floor, limit = FLOOR * tolerance * scale / largest, max_iterations - iterations
                 elastic, inverse = self.operator.inner.tangential, self.operator.preconditioner.tangential
                 reduction = LATER_REDUCTION if scales.last else REDUCTION
-                if largest_before:
-                    reduction = min(reduction, max(EXPECTED_SHARE * largest / largest_before, LEAST_REDUCTION))
-                if scales.last:
-                    reduction = min(reduction, max(QUADRATIC * residual, LEAST_SETTLED_REDUCTION))
                 iterations += self._cg.solve(elastic, inverse, reduction, floor, limit)
-                largest_before = largest
                 fields = shear, self._slip, elastic_slip
                 known = add_correction(
                     self.operator, self._cg.found, largest, *fields, last_tolerance * scale, sign=-1.0

@@ -26,6 +26,11 @@ PUSHED = [{"delta_z": 9e-3}, {"delta_x": 4e-4, "phi_z": 1e-3, "increments": 2}, 
 TILTED = [{"P": LOAD, "My": 15.0, "increments": 2}, {"Qy": 20.0, "phi_x": 1e-4, "increments": 2}]
 
 
+@pytest.fixture(autouse=True)
+def without_compiled_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FRETSOLVE_NUMBA", "0")
+
+
 def small(**parts: Any) -> Any:
     return build(**({"grid": {"points": [11, 12], "size": 0.9}, "solver": {"tolerance": 1e-7}} | parts))
 
@@ -57,6 +62,13 @@ def test_direct_as_by_conjugate_gradients(
         assert one.summary.contact_cells == other.summary.contact_cells
         assert one.summary.delta_x == pytest.approx(other.summary.delta_x, abs=1e-6 * approach)
         assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=1e-4, abs=1e-8)
+
+
+def test_compiled_kernels_do_without(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FRETSOLVE_NUMBA", "1")
+    monkeypatch.setattr(DirectSolver, "solve", lambda *_, **__: pytest.fail("a direct solver was called"))
+    parts = {"friction": 0.1, "load_path": SHEARED}
+    assert len(list(run(small(**parts)))) == sum(stage["increments"] for stage in SHEARED)
 
 
 def test_friction_that_varies(monkeypatch: pytest.MonkeyPatch) -> None:
