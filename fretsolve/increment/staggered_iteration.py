@@ -136,10 +136,10 @@ class StaggeredIteration:
         control = self._carried(increment, start, work)
         # ST5: elastic slip at the new pressure, and an estimate of the shear
         tolerance, scales = self._slip_scales(start, work, tolerance)
-        self._prepare_shear(increment, start, work, control, scales.motion)
+        known = self._prepare_shear(increment, start, work, control, scales.motion)
         # ST6: TG1 to TG8 at the new pressure
         arguments = self._elastic_slip, control, self._friction_limit, work.shear
-        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales)
+        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales, known)
         self._last_slip_scale = found.scale
         work.iterations_tangential += found.iterations
         work.rigid[3:] = start.rigid[3:] + found.rigid
@@ -286,10 +286,10 @@ class StaggeredIteration:
 
     def _prepare_shear(
         self, increment: Increment, start: InitialState, work: WorkingState, control: LoadControl, motion: float
-    ) -> None:
+    ) -> FloatArray | None:
         """Compute the elastic slip at the new pressure; in a new increment, estimate the shear on coarser grids.
 
-        motion: largest rigid displacement increment known so far (mm).
+        motion: largest one so far (mm). Return the shear of that elastic slip, None for the present one.
         """
         slip, operator = self._elastic_slip, self.level.operator
         if self._first and (work.slip_is_known or start.elastic_slip is not None):
@@ -306,12 +306,12 @@ class StaggeredIteration:
             workspace = self.level.tangential.workspace
             change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
             np.copyto(self._pressure, work.pressure)
-            from_pressure = type(operator).tangential_from_pressure
             expected = EXPECTED_SLIP * float(np.abs(work.rigid - start.rigid)[3:5].max())
             allowed = self._kept_tolerance * (self._last_slip_scale or expected)
-            add_displacement(operator, from_pressure, slip, change, workspace, allowed, -1.0)
-        if work.staggered_iterations == 0 and (start.normal != increment.normal or not work.shear.any()):
-            self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)
+            add_displacement(operator, type(operator).tangential_from_pressure, slip, change, workspace, allowed, -1.0)
+        if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
+            return None
+        return self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)
 
     def _why_not_solved(self, found: SolverResult, tolerance: float, control: LoadControl) -> str:
         """Return why the tangential problem is given up."""

@@ -81,19 +81,20 @@ class TangentialSolver:
         tolerance: float,
         max_iterations: int,
         scales: SlipScales,
+        known: FloatArray | None = None,
     ) -> SolverResult:
         """Solve for `shear` (2, nx, ny) and `slipping` (nx, ny) in place; both hold a first estimate.
 
-        elastic_slip: e at the first estimate, (2, nx, ny), mm, changed in place with the shear; control: of
-        (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; friction_limit: (nx, ny), MPa; tolerance: on
-        the residual.
+        elastic_slip: e at the shear `known`, at the first estimate where that is None, (2, nx, ny), mm, changed in
+        place with the shear; control: of (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments;
+        friction_limit: (nx, ny), MPa; tolerance: on the residual.
         """
         iterations, only_loads_missed, least, since_halved = 0, 0, np.inf, 0
         largest_limit = float(friction_limit.max()) or TINY
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
         # TG1: zones and shear of the estimate
-        np.copyto(self._slip, shear)
+        np.copyto(self._slip, shear if known is None else known)
         self._start_zones(control, friction_limit, shear)
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
@@ -118,11 +119,11 @@ class TangentialSolver:
                 reduction = LATER_REDUCTION if scales.last else REDUCTION
                 iterations += self._cg.solve(elastic, inverse, reduction, floor, limit)
                 fields = shear, self._slip, elastic_slip
-                known = add_correction(
+                moved = add_correction(
                     self.operator, self._cg.found, largest, *fields, last_tolerance * scale, sign=-1.0
                 )
             else:
-                known = False
+                moved = False
                 np.copyto(self._slip, shear)
             # TG6: shear beyond the friction limit slips, or all sticks, where the slip zone cannot carry the loads
             if only_loads_missed and only_loads_missed % PATIENCE == 0:
@@ -134,7 +135,7 @@ class TangentialSolver:
             # TG7: restore the imposed loads
             self._restore_balance(control, self._cg.weight, shear)
             # TG8: elastic slip of the change of the shear
-            self._update_elastic_slip(elastic_slip, shear, last_tolerance * scale, 0.0 if known else largest or 1.0)
+            self._update_elastic_slip(elastic_slip, shear, last_tolerance * scale, 0.0 if moved else largest or 1.0)
 
     def _update_elastic_slip(
         self, elastic_slip: FloatArray, shear: FloatArray, allowed: float, expected: float
