@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import plan, pyfftw
+from fretsolve.elastic.in_plane_convolution import InPlaneConvolution
 from fretsolve.elastic.kernel_spectrum import KernelMatrix, KernelSpectrum
 from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
 
@@ -24,33 +25,38 @@ from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
 class BatchedConvolution:
     """Buffers and plans for fields (nx, ny) on the grid `padded`, made when they are first needed.
 
-    kernels: operations on spectra.
+    kernels: operations on spectra; compiled: by numba.
     """
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: np.dtype[Any], kernels: ModuleType):
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        padded: tuple[int, int],
+        dtype: np.dtype[Any],
+        kernels: ModuleType,
+        compiled: bool = False,
+    ):
         self._shape, self._padded, self._dtype, self._kernels = shape, padded, dtype, kernels
+        self._may_be_complex = compiled and dtype == np.float32
         self._forward, self._backward = cache(self._make_forward), cache(self._make_backward)
-        self._steps: dict[tuple[KernelMatrix, tuple[bool, bool]], _Steps] = {}
+        self._convolutions: dict[tuple[KernelMatrix, tuple[bool, bool]], _Steps | InPlaneConvolution] = {}
 
     def apply(self, kernels: KernelMatrix, fields: Fields, displacements: Fields, turned: tuple[bool, bool]) -> None:
         """Compute ``displacements = kernels @ fields``; arguments as for `PaddedConvolution.apply`."""
-        steps = self._steps.get((kernels, turned))
-        if steps is None:
-            steps = self._steps[kernels, turned] = self._make_steps(kernels, turned)
-        _copy(fields, steps.rows)
-        for transform in steps.forward:
-            transform()
-        self._kernels.combine(*steps.products)
-        for transform in steps.backward:
-            transform()
-        _copy(steps.wanted, displacements)
+        convolution = self._convolutions.get((kernels, turned))
+        if convolution is None:
+            convolution = self._convolutions[kernels, turned] = self._convolution(kernels, turned)
+        convolution.apply(fields, displacements)
 
-    def _make_steps(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> _Steps:
-        """Return all that a convolution consists of, so that it looks up nothing: a tenth of one on 32 x 32 points."""
+    def _convolution(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> _Steps | InPlaneConvolution:
+        """Return all that a convolution consists of, so that it looks up nothing: 2 us of each."""
+        symmetric = len(kernels) == len(kernels[0]) == 2 and kernels[0][1] is kernels[1][0]
+        if self._may_be_complex and symmetric and not any(turned):
+            return InPlaneConvolution(self._shape, self._padded, self._dtype, kernels, self._kernels)
         forward, backward = self._forward(len(kernels[0])), self._backward(len(kernels))
         factors = self._factors_of(kernels, turned)
         products = factors, forward.of(factors)[0], *backward.of(factors)
-        return _Steps(forward.rows, forward.plans, products, backward.plans, backward.rows)
+        return _Steps(forward.rows, forward.plans, products, backward.plans, backward.rows, self._kernels)
 
     def _factors_of(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> NDArray[np.inexact]:
         """Return the kernels (m, n, mx * (my//2 + 1)) with their factors i and -i; real ones twice, for both parts."""
@@ -109,13 +115,27 @@ class _Transforms:
 
 
 class _Steps(NamedTuple):
-    """Steps of a convolution: `rows` that receive the fields, plans, arguments of `combine`, plans, `wanted` rows."""
+    """Steps of a convolution: `rows` that receive the fields, plans, arguments of `combine`, plans, `wanted` rows.
+
+    spectral: operations on spectra.
+    """
 
     rows: FloatArray
     forward: tuple[Callable[[], Any], ...]
     products: tuple[NDArray[np.inexact], ...]
     backward: tuple[Callable[[], Any], ...]
     wanted: FloatArray
+    spectral: ModuleType
+
+    def apply(self, fields: Fields, displacements: Fields) -> None:
+        """Take these steps from some fields to their displacements."""
+        _copy(fields, self.rows)
+        for transform in self.forward:
+            transform()
+        self.spectral.combine(*self.products)
+        for transform in self.backward:
+            transform()
+        _copy(self.wanted, displacements)
 
 
 def _copy(source: Fields, target: Fields) -> None:

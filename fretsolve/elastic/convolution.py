@@ -71,7 +71,8 @@ class PaddedConvolution:
         mx, my = self.padded
         most = MOST_BATCHED_POINTS * (COMPILED if self.team.kernels.compiled else 1.0)
         small = mx * my <= most
-        self._batched = BatchedConvolution(shape, self.padded, self._float, self._kernels) if small else None
+        batched = shape, self.padded, self._float, self._kernels, self.team.kernels.compiled
+        self._batched = BatchedConvolution(*batched) if small else None
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
         self._row_parts = _parts(self._pairs, size * my)

@@ -1,4 +1,7 @@
-"""Operations on spectra, compiled by numba. Each does what its namesake in `spectral_numpy` does."""
+"""Operations on spectra, compiled by numba. Each does what its namesake in `spectral_numpy` does.
+
+`combine_mirrored` has none, since NumPy would take longer for it than it saves.
+"""
 
 from __future__ import annotations
 
@@ -191,3 +194,20 @@ def combine(factors, spectra, results, product):
             for k in range(count):
                 sums = factors[row, 0, k] * spectra[0, k] + factors[row, 1, k] * spectra[1, k]
                 results[row, k] = sums + factors[row, 2, k] * spectra[2, k]
+
+
+@exact
+def combine_mirrored(mean, rest, field, result):
+    """Compute ``result = mean field + rest conj(field at -k)`` at wave numbers k, (mx, my); `mean` is real."""
+    rows, columns = field.shape
+    mirrored = np.empty(columns, field.dtype)  # the loop below then runs forward, in vector instructions
+    for i in range(rows):
+        other = field[rows - i if i else 0]
+        mirrored[0] = other[0]
+        for j in range(1, columns):
+            mirrored[j] = other[columns - j]
+        for j in range(columns):
+            z, m, r, s = field[i, j], mirrored[j], rest[i, j], mean[i, j]
+            real = r.real * m.real + r.imag * m.imag
+            imag = r.imag * m.real - r.real * m.imag
+            result[i, j] = complex(s * z.real + real, s * z.imag + imag)
