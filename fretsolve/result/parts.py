@@ -36,6 +36,7 @@ from fretsolve.result.layout import (
     chunk_shape,
     copy_chunks,
     create_column,
+    create_columns,
     create_field,
     has_cycles,
     quantities_of,
@@ -157,10 +158,8 @@ def write_result(
         content = content_of(rows, header.x, header.y, steps, names)
         write_sealed(file, header.attributes("complete" if failure is None else "failed", failure), content)
         history, fields = file.create_group("history"), file.create_group("fields")
-        scale, known = None, quantities_of(json.loads(header.effective_case))
-        for name in rows.dtype.names or ():  # the step first
-            column = create_column(history, known[name], rows[name], scale)
-            scale = scale or column
+        known = quantities_of(json.loads(header.effective_case))
+        create_columns(history, [(known[name], rows[name]) for name in rows.dtype.names or ()])  # the step first
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
         written = _write_fields(fields, header, steps, sources, unsaved)
         _write_cycles(file, header, rows, steps, ended=failure is None)
@@ -192,11 +191,11 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
     table = cycle_table(history, stages_of(case), slip, ended=ended, line=line)
     if table is None:
         return
-    group, scale = file.create_group("cycles"), None
-    for name, values in table.columns.items():
-        quantity = Quantity(name, table.units[name], table.meanings[name], str(values.dtype))
-        column = create_column(group, quantity, values, scale)
-        scale = scale or column
+    columns = [
+        (Quantity(name, table.units[name], table.meanings[name], str(values.dtype)), values)
+        for name, values in table.columns.items()
+    ]
+    create_columns(file.create_group("cycles"), columns)
 
 
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:

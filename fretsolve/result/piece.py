@@ -84,13 +84,19 @@ class Piece(AbstractContextManager["Piece"]):
             self.field_steps: list[int] = steps[:].tolist()
             known = RESTART + DERIVED_FIELDS
             self.field_names = [quantity.name for quantity in known if quantity.name in self.file["fields"]]
+            self._rows: NDArray[Any] | None = None
             opened.pop_all()
 
     def __exit__(self, *_: object) -> None:
         self.file.close()
 
     def rows(self) -> NDArray[Any]:
-        """Return the history, a record per increment, with the error bars if there are any."""
+        """Return the history, a record per increment, with the error bars if there are any. It is read once."""
+        if self._rows is None:
+            self._rows = self._read_rows()
+        return self._rows
+
+    def _read_rows(self) -> NDArray[Any]:
         with damage_reported(self.path, "history"):
             if "rows" not in self.file:
                 group = own_node(self.file, "history")

@@ -8,6 +8,8 @@ import tempfile
 from pathlib import Path
 from unittest.mock import Mock
 
+import h5py
+import numpy as np
 import pytest
 from fake_states import fake_header, fake_states, write_increments
 
@@ -17,6 +19,7 @@ from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import all_parts, parts_folder
 from fretsolve.result.writer import MERGE_EVERY
 from fretsolve.system import atomic_files
+from fretsolve.system.foreign_files import dataset_names
 
 
 @pytest.fixture()
@@ -224,3 +227,21 @@ def test_writes_after_a_failed_one_are_dropped(tmp_path: Path, monkeypatch: pyte
         file.check()
     file.close()
     assert (tmp_path / "file").read_bytes() == b"abc"
+
+
+@pytest.mark.parametrize("every", [1, 3])
+def test_a_pause_changes_no_number_of_the_result(tmp_path: Path, every: int) -> None:
+    """Increments that wait to be saved keep the fields that are stored, and the last one all of it."""
+    header = fake_header(stored=("pressure", "slip", "zone"), every=every)
+    for name, pause in (("at_once.h5", 0.0), ("paused.h5", 1e6)):
+        with HistoryWriter.open(tmp_path / name, header, pause=pause) as writer:
+            for state in fake_states(4):
+                writer.append(state)
+            assert len(all_parts(parts_folder(tmp_path / name))) == (0 if pause else 4)
+            writer.finish("failed", "slides", "sliding")
+    with h5py.File(tmp_path / "paused.h5") as paused, h5py.File(tmp_path / "at_once.h5") as at_once:
+        names = dataset_names(paused)
+        assert names == dataset_names(at_once)
+        assert {"fields/slip_x", "restart/displacement_x"} < set(names)
+        for name in names:
+            np.testing.assert_array_equal(paused[name][()], at_once[name][()], err_msg=name)
