@@ -19,7 +19,7 @@ Entries = TypeVar("Entries", bound=tuple[Any, ...])
 class CaseModel(BaseModel):
     """A mapping of the case file. It cannot be changed, and other keys than its own are refused."""
 
-    # Only `Case` builds a validator at import; those of its parts are built if they are used alone.
+    # Only `Case` builds a validator, when it is first used; those of its parts are built if they are used alone.
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 

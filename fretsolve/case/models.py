@@ -79,11 +79,12 @@ class Case(CaseModel):
         description="undeformed separation: one surface, or a list of surfaces that add up",
         examples=[{"sphere": {"radius": "10 mm"}}],
     )
+    # Parts that may be left out are constructed without validation, which would build their validators at each start.
     grid: GridSpec = Field(
-        default=GridSpec(), description="grid of the potential contact area", examples=[{"points": 128}]
+        default=GridSpec.model_construct(), description="grid of the potential contact area", examples=[{"points": 128}]
     )
     friction: FrictionSpec = Field(
-        default=FrictionSpec(coefficient=0.0), description="coefficient of friction", examples=[0.1]
+        default=FrictionSpec.model_construct(coefficient=0.0), description="coefficient of friction", examples=[0.1]
     )
     wear: WearSpec | None = Field(
         default=None,
@@ -106,8 +107,8 @@ class Case(CaseModel):
         " without it",
         examples=["10 mm"],
     )
-    solver: SolverSpec = Field(SolverSpec(), description="accuracy and limits of the solver")
-    output: OutputSpec = Field(OutputSpec(), description="what the result holds")
+    solver: SolverSpec = Field(SolverSpec.model_construct(), description="accuracy and limits of the solver")
+    output: OutputSpec = Field(OutputSpec.model_construct(), description="what the result holds")
     expect: tuple[Expectation, ...] = Field(
         default=(),
         description="what `fretsolve check` compares",

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.materials import Compliances
-from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.model.required_terms import Terms
+
+if TYPE_CHECKING:
+    from fretsolve.model.orthotropy import Orthotropy
 
 
 def operator_on(

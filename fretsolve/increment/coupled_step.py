@@ -3,6 +3,8 @@ staggered iterations do not converge."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fretsolve.elastic.rounding import LEAST_MOTION, circle_width, slips
@@ -12,8 +14,10 @@ from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, Wor
 from fretsolve.model.load_path import Increment
 from fretsolve.result.state import nothing
 from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
-from fretsolve.solvers.direct import DirectSolution, DirectSolver
 from fretsolve.system.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from fretsolve.solvers.direct import DirectSolver
 
 
 def coupled_problem(
@@ -94,6 +98,8 @@ def solve_directly(
 
     presses, slides: which of pressure and shear there is to solve for.
     """
+    from fretsolve.solvers.direct import DirectSolution  # contacts of more cells need none of it
+
     rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
     estimate = DirectSolution(work.pressure, work.shear, rigid)
     slipping = False if work.slipping is None else work.slipping

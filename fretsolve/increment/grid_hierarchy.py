@@ -7,6 +7,7 @@ there. That pays where an increment begins far from its end, as all do that chan
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,10 +21,12 @@ from fretsolve.increment.load_checks import require_supported
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
-from fretsolve.solvers.direct import DirectSolver
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
+
+if TYPE_CHECKING:
+    from fretsolve.solvers.direct import DirectSolver
 
 COARSE_TOLERANCE, ERROR_OF_CELLS, COARSE_ITERATIONS = 1e-2, 0.5, 60
 """Largest tolerance of a coarse problem; its tolerance times its points per side, since it differs from the fine
@@ -80,8 +83,11 @@ class GridLevel:
         """Solver of increments with few cells in contact, at most MOST_DIRECT_CELLS; None with compiled kernels, on a
         large grid, in single precision, in line contact and for orthotropic friction, whose operators are others."""
         small = self.grid.nx * self.grid.ny <= MOST_DIRECT_POINTS and self.operator.dtype is np.float64
-        ordinary = type(self.operator) is ElasticOperator and not self._compiled
-        return DirectSolver(self.operator, self.grid) if small and ordinary else None
+        if not small or self._compiled or type(self.operator) is not ElasticOperator:
+            return None
+        from fretsolve.solvers.direct import DirectSolver  # other grids and contacts of more cells need none of it
+
+        return DirectSolver(self.operator, self.grid)
 
     def release(self) -> None:
         """Free the solvers' memory, on coarser levels too; influence coefficients and plans are kept."""

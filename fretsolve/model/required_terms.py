@@ -10,11 +10,11 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances, compliances
-from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
-if TYPE_CHECKING:  # few cases have bulk stress
+if TYPE_CHECKING:  # few cases have bulk stress, or friction with a direction
     from fretsolve.model.bulk_stress import BulkResponse
+    from fretsolve.model.orthotropy import Orthotropy
 
 UNCOUPLED_BELOW = 1e-12
 """Bodies count as alike up to this |Dundurs' constant|, which is the rounding of equal elastic constants."""
@@ -139,8 +139,16 @@ def derive_model(case: Case, largest_friction: float | None = None) -> Model:
         bulk,
         line,
         case.friction.initial is not None,
-        None if case.friction.pair is None else Orthotropy.of(case.friction.pair, case.friction.angle or 0.0),
+        _orthotropy(case),
     )
+
+
+def _orthotropy(case: Case) -> Orthotropy | None:
+    if case.friction.pair is None:
+        return None
+    from fretsolve.model.orthotropy import Orthotropy  # few cases have one
+
+    return Orthotropy.of(case.friction.pair, case.friction.angle or 0.0)
 
 
 def _bulk_response(case: Case) -> BulkResponse | None:

@@ -10,12 +10,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.case.keys.surface_specs import CylinderSurface, PunchSurface, Surface
-from fretsolve.model.height_map import HeightMap, height_map_separation, load_height_map
 from fretsolve.system.arrays import BoolArray, DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.model.height_map import HeightMap
 
 EDGE_SLACK = 1e-9
 """Distance past an edge, over the size of the body, at which a cell's centre still belongs to it. Without it, rounding
@@ -46,6 +49,8 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
             case "punch":
                 total += _punch(column, row, surface)
             case "heights":
+                from fretsolve.model.height_map import height_map_separation  # other surfaces need none of it
+
                 total += height_map_separation(surface, from_x, from_y, ("surface", index, "heights"))
     return total
 
@@ -68,6 +73,8 @@ def height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, floa
     """Read the height maps among the surfaces; yield their centres (mm) with them."""
     for index, surface in enumerate(surfaces):
         if surface.kind == "heights":
+            from fretsolve.model.height_map import load_height_map  # other surfaces need none of it
+
             yield surface.center, load_height_map(surface, ("surface", index, "heights"))
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from fretsolve.case.dimensions import cell_counts, percent
 from fretsolve.case.models import Case
@@ -16,7 +17,9 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
 from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
-from fretsolve.setup.unresolved_heights import MOST_POINTS, HeightMaps
+
+if TYPE_CHECKING:
+    from fretsolve.setup.unresolved_heights import HeightMaps
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.035, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
@@ -49,6 +52,8 @@ def points_needed(
     They follow from the contact's share of the area, which is all of it where the contact's size is unknown, and from
     `heights` that are finer than such cells. Raises FileError or CaseError where a map cannot be read or is too fine.
     """
+    from fretsolve.setup.unresolved_heights import MOST_POINTS  # cases that give their points need none of it
+
     accuracy, holds_contact = forms.case.solver.accuracy, size
     assert accuracy is not None
     if forms.case.grid.size is not None:

@@ -11,7 +11,6 @@ from fretsolve.case.keys.surface_specs import Surface
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import Grid, LineGrid
-from fretsolve.model.height_map import load_height_map
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
@@ -156,6 +155,8 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
+        from fretsolve.model.height_map import load_height_map  # other surfaces need none of it
+
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
     contacts = (round_contact(surface, contact_modulus, *pressing(load)) for load in loads)

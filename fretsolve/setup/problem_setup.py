@@ -19,12 +19,12 @@ from fretsolve.setup.closed_forms.area_forms import ClosedForms
 from fretsolve.setup.closed_forms.normal_forms import Load
 from fretsolve.setup.contact_size import Size, automatic_size, surely_in_contact
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
-from fretsolve.setup.unresolved_heights import HeightMaps
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.case.keys.wear_spec import WearSpec
     from fretsolve.friction.law import FrictionLaw, FrictionOnGrid
+    from fretsolve.setup.unresolved_heights import HeightMaps
     from fretsolve.wear.law import WearLaw
 
 SINGLE_RANGE = 1e28
@@ -103,6 +103,8 @@ def _of_the_case(error: FileError, case: Case) -> FileError:
 
 
 def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> HeightMaps:
+    from fretsolve.setup.unresolved_heights import HeightMaps  # few cases ask for it
+
     modulus = model.compliances.contact_modulus
     size = (size[0], 1.0) if model.line else size  # the area of a mm of the line
     try:

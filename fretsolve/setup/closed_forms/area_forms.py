@@ -16,12 +16,12 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.model.required_terms import Model
-from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
 from fretsolve.setup.closed_forms.normal_forms import Load, NormalForms, is_tilted
 
 if TYPE_CHECKING:
+    from fretsolve.reference.cyclic_loading import CyclicLoading
     from fretsolve.setup.closed_forms.friction_forms import FrictionForms
 
 
@@ -98,6 +98,8 @@ class ClosedForms(NormalForms):
             return None
         if not self.model.has_shear or self.model.coupled:
             return None
+        from fretsolve.reference.cyclic_loading import cyclic_loading  # a run may ask for none of it
+
         # The path begins unloaded.
         P = np.array([0.0, *(contact.load if contact else 0.0 for contact in self.hertz[: stage + 1])])
         Qx, Qy, Mz = (np.array([0.0, *_path(loads, force)]) for force in ("Qx", "Qy", "Mz"))
