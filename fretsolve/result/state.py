@@ -7,10 +7,9 @@ exerts on body 2; slip is that of body 1 relative to body 2.
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -213,11 +212,3 @@ class State:
     errors: SummaryErrors | None = None
     change: Change | None = None
     wear: WearState | None = None
-
-    def with_fields_alone(self, names: Collection[str]) -> State:
-        """Return the state with the fields `names` and without what else a restart needs: such arrays are `nothing`."""
-        arrays: dict[str, Any] = {
-            name: array if array is None or name in names else nothing(array.shape)
-            for name, array in vars(self.fields).items()
-        }
-        return State(self.summary, Fields(**arrays), nothing(self.displacement.shape), self.errors)

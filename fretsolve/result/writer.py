@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import h5py
 
@@ -21,7 +21,7 @@ from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import HEADER_NAME, all_parts, merge_parts, write_increments, write_part, write_result
 from fretsolve.result.piece import Piece
 from fretsolve.result.resume import TO_GO_ON, SavedRun
-from fretsolve.result.state import State
+from fretsolve.result.state import Fields, State, nothing
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, require_free
 from fretsolve.system.foreign_files import require_regular
@@ -44,6 +44,15 @@ def _require_name(out: Path) -> None:
         if spare < atomic_files.LONGEST_ENDING:
             message = "the name is too long: a run adds an ending to it, so it must be shorter by"
             raise FileError(f"{message} {atomic_files.LONGEST_ENDING - spare} bytes", out)
+
+
+def _with_fields_alone(state: State, names: Collection[str]) -> State:
+    """Return `state` with the fields `names`, and `nothing` in place of all other arrays."""
+    arrays: dict[str, Any] = {
+        name: array if array is None or name in names else nothing(array.shape)
+        for name, array in vars(state.fields).items()
+    }
+    return State(state.summary, Fields(**arrays), nothing(state.displacement.shape), state.errors)
 
 
 def _release(lock: RunLock) -> None:
@@ -142,7 +151,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             # new ones would not lie in the cache.
             before = self._unsaved[-1]
             stored = self.header.fields if self.header.stores_fields(before.summary.step) else ()
-            self._unsaved[-1] = before.with_fields_alone(stored)
+            self._unsaved[-1] = _with_fields_alone(before, stored)
         self.last_state = state
         self.summaries.append(state.summary)
         self._unsaved.append(state)
