@@ -24,8 +24,8 @@ LEAST_SIDE = 16
 """Fewest cells of a side."""
 
 FREE_CELLS = 2
-"""Fewest free cells on each side, so that a contact may grow a little within an increment. With three mode I.3 takes a
-tenth longer on 48 x 48 points, and as long on larger grids."""
+"""Fewest free cells on each side, so that a contact may grow a little within an increment. With three mode I.3 takes
+5 % longer on 48 x 48 points, and about as long on larger grids."""
 
 
 @dataclass(frozen=True)
