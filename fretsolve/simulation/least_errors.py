@@ -75,7 +75,8 @@ sines across each other have 2."""
 
 FLATTENED = 0.5
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
-them: where the pressure is less, near the edge, the bodies touch in part."""
+them, where that is small: where the pressure is less, near the edge, the bodies touch in part. Where it is 1 nothing is
+known, and the relative error is 1."""
 
 HIDDEN_SLIP = 0.5
 """Energy that slip within the cells at a sharp edge dissipates, over A h / E* times the sum of (mu p)^2 times what the
@@ -188,7 +189,7 @@ class LeastErrors:
         if summary.max_pressure:
             peak = least[PRESSURE] + self._hidden_pressure(state)
             flattened = min(self.flattening / summary.max_pressure, 1.0)
-            unresolved = FLATTENED * flattened**2
+            unresolved = (FLATTENED + (1.0 - FLATTENED) * flattened) * flattened**2
             least += unresolved * largest
             least[[MX, MY]] += (flattened - unresolved) * largest[[MX, MY]]
             least[[*CONTACT_EXTENTS, *STICK_EXTENTS]] += unresolved * summary.contact_radius
