@@ -146,15 +146,15 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             raise ValueError("either every increment has error bars or none, as the header says")
         if state.summary.step != len(self.summaries):
             raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
-        if self._unsaved:
-            # Nothing goes on from the one before. Its arrays, if kept, would take up to 7 % of the time of small grids:
-            # new ones would not lie in the cache.
-            before = self._unsaved[-1]
-            stored = self.header.fields if self.header.stores_fields(before.summary.step) else ()
-            self._unsaved[-1] = _with_fields_alone(before, stored)
         self.last_state = state
         self.summaries.append(state.summary)
         self._unsaved.append(state)
+        if len(self._unsaved) > 1:
+            # Nothing goes on from the one before. Its arrays, if kept, would take up to 7 % of the time of small grids:
+            # new ones would not lie in the cache.
+            before = self._unsaved[-2]
+            stored = self.header.fields if self.header.stores_fields(before.summary.step) else ()
+            self._unsaved[-2] = _with_fields_alone(before, stored)
         self._write_shared(state)
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()
