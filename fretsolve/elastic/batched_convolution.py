@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.fftw import plan, pyfftw
+from fretsolve.elastic.fftw import estimated_plan, pyfftw
 from fretsolve.elastic.in_plane_convolution import InPlaneConvolution
-from fretsolve.elastic.kernel_spectrum import KernelMatrix, KernelSpectrum
+from fretsolve.elastic.kernel_spectrum import KernelMatrix
 from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
 
 
@@ -60,7 +60,7 @@ class BatchedConvolution:
 
     def _factors_of(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> NDArray[np.inexact]:
         """Return the kernels (m, n, mx * (my//2 + 1)) with their factors i and -i; real ones twice, for both parts."""
-        values = np.array([[_whole(kernel, self._padded[0]) for kernel in row] for row in kernels])
+        values = np.array([[kernel.whole(self._padded[:1]) for kernel in row] for row in kernels])
         if any(turned):
             turns = np.ones((*values.shape[:2], 1, 1), np.result_type(values, np.complex64))
             turns[:, 0] *= 1j ** turned[0]
@@ -73,13 +73,16 @@ class BatchedConvolution:
     def _make_forward(self, count: int) -> _Transforms:
         """Return the transforms of `count` fields, along y, then along x out of an array whose padding stays zero."""
         rows, half, spectrum = self._arrays(count)
-        plans = self._plan(rows, half[:, : self._shape[0]], 2), self._plan(half, spectrum, 1)
+        plans = estimated_plan(rows, half[:, : self._shape[0]], 2), estimated_plan(half, spectrum, 1)
         return _Transforms(rows[:, :, : self._shape[1]], spectrum, spectrum[:0], plans)
 
     def _make_backward(self, count: int) -> _Transforms:
         """Return the inverse transforms of `count` spectra, along x, then along y of the wanted rows."""
         rows, half, spectrum = self._arrays(count)
-        plans = self._plan(spectrum, half, 1, back=True), self._plan(half[:, : self._shape[0]], rows, 2, back=True)
+        plans = (
+            estimated_plan(spectrum, half, 1, back=True),
+            estimated_plan(half[:, : self._shape[0]], rows, 2, back=True),
+        )
         return _Transforms(rows[:, :, : self._shape[1]], spectrum, half, plans)
 
     def _arrays(self, count: int) -> tuple[FloatArray, ComplexArray, ComplexArray]:
@@ -88,11 +91,6 @@ class BatchedConvolution:
         rows = pyfftw.zeros_aligned((count, self._shape[0], my), self._dtype)
         first, second = (pyfftw.zeros_aligned((count, mx, my // 2 + 1), complex_type) for _ in range(2))
         return rows, first, second
-
-    def _plan(self, source: NDArray[Any], target: NDArray[Any], axis: int, back: bool = False) -> pyfftw.FFTW:
-        # Measured plans would take 0.3 s for each size of grid and gain a tenth.
-        direction, extra = ("FFTW_BACKWARD", ("FFTW_DESTROY_INPUT",)) if back else ("FFTW_FORWARD", ())
-        return plan(source, target, axes=(axis,), direction=direction, flags=("FFTW_ESTIMATE", *extra))
 
 
 class _Transforms:
@@ -145,10 +143,3 @@ def _copy(source: Fields, target: Fields) -> None:
         return
     for one, other in zip(source, target, strict=True):
         other[...] = one
-
-
-def _whole(kernel: KernelSpectrum, length: int) -> FloatArray:
-    """Return a spectrum for all wave numbers in x, (mx, my//2 + 1); length: mx."""
-    values = kernel.values.T
-    mirrored = values[length - len(values) : 0 : -1]
-    return np.concatenate([values, -mirrored if kernel.odd_x else mirrored])

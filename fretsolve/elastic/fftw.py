@@ -14,6 +14,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import NDArray
+
 from fretsolve.errors import FileError
 from fretsolve.system import atomic_files
 from fretsolve.system.foreign_files import read_bytes
@@ -63,6 +65,15 @@ def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW
     global _measured_plans
     _measured_plans += "FFTW_MEASURE" in flags
     return pyfftw.FFTW(*arguments, flags=flags, **options)
+
+
+def estimated_plan(source: NDArray[Any], target: NDArray[Any], axis: int, back: bool = False) -> pyfftw.FFTW:
+    """Make a plan along one axis without measuring it: on small grids that would take 0.3 s for each and gain a tenth.
+
+    back: the inverse transform, which destroys its source.
+    """
+    direction, extra = ("FFTW_BACKWARD", ("FFTW_DESTROY_INPUT",)) if back else ("FFTW_FORWARD", ())
+    return plan(source, target, axes=(axis,), direction=direction, flags=("FFTW_ESTIMATE", *extra))
 
 
 def measured_plans() -> int:

@@ -15,11 +15,10 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fretsolve.elastic.fftw import plan, pyfftw
-from fretsolve.elastic.kernel_spectrum import KernelMatrix, KernelSpectrum
-from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
+from fretsolve.elastic.fftw import estimated_plan, pyfftw
+from fretsolve.elastic.kernel_spectrum import KernelMatrix
+from fretsolve.system.arrays import Fields
 
 
 class InPlaneConvolution:
@@ -37,14 +36,17 @@ class InPlaneConvolution:
         spectral: ModuleType,
     ):
         nx, complex_type = shape[0], np.result_type(dtype, np.complex64)
-        (xx, xy), (_, yy) = ((_whole(kernel, padded) for kernel in row) for row in kernels)
+        (xx, xy), (_, yy) = ((kernel.whole(padded) for kernel in row) for row in kernels)
         self._mean, self._rest = 0.5 * (xx + yy), (0.5 * (xx - yy) + 1j * xy).astype(complex_type)
-        self._spectral, self._columns = spectral, shape[1]
+        self._spectral = spectral
         self._rows, self._wanted = (pyfftw.zeros_aligned((nx, padded[1]), complex_type) for _ in range(2))
         # along x out of an array whose padding stays zero, and back into another one
         first, self._spectrum, self._product, last = (pyfftw.zeros_aligned(padded, complex_type) for _ in range(4))
-        self._forward = _plan(self._rows, first[:nx], 1).execute, _plan(first, self._spectrum, 0).execute
-        back = _plan(self._product, last, 0, back=True), _plan(last[:nx], self._wanted, 1, back=True)
+        self._forward = (
+            estimated_plan(self._rows, first[:nx], 1).execute,
+            estimated_plan(first, self._spectrum, 0).execute,
+        )
+        back = estimated_plan(self._product, last, 0, back=True), estimated_plan(last[:nx], self._wanted, 1, back=True)
         self._backward = back[0].execute, back[1].execute
 
     def apply(self, fields: Fields, displacements: Fields) -> None:
@@ -56,18 +58,3 @@ class InPlaneConvolution:
         for transform in self._backward:
             transform()
         self._spectral.split_rows(self._wanted, displacements[0], displacements[1])
-
-
-def _plan(source: ComplexArray, target: ComplexArray, axis: int, back: bool = False) -> pyfftw.FFTW:
-    direction, extra = ("FFTW_BACKWARD", ("FFTW_DESTROY_INPUT",)) if back else ("FFTW_FORWARD", ())
-    return plan(source, target, axes=(axis,), direction=direction, flags=("FFTW_ESTIMATE", *extra))
-
-
-def _whole(kernel: KernelSpectrum, padded: tuple[int, int]) -> FloatArray:
-    """Return a spectrum, even or odd in both directions, for all wave numbers, (mx, my)."""
-    sign = -1 if kernel.odd_x else 1
-    whole: NDArray[np.floating] = kernel.values.T
-    for axis, length in enumerate(padded):
-        mirrored = np.flip(whole.take(range(1, length - whole.shape[axis] + 1), axis), axis)
-        whole = np.concatenate([whole, sign * mirrored], axis)
-    return whole

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -22,6 +23,18 @@ class KernelSpectrum:
 
     values: FloatArray
     odd_x: bool
+
+    def whole(self, lengths: Sequence[int]) -> FloatArray:
+        """Return the values for all wave numbers in x, or in x and y: (mx, my//2 + 1) or (mx, my); lengths: mx, or both.
+
+        The latter holds for spectra that are even or odd in both directions.
+        """
+        sign = -1 if self.odd_x else 1
+        whole: FloatArray = self.values.T
+        for axis, length in enumerate(lengths):
+            mirrored = np.flip(whole.take(range(1, length - whole.shape[axis] + 1), axis), axis)
+            whole = np.concatenate([whole, sign * mirrored], axis)
+        return whole
 
     def scaled(self, factor: float, dtype: type[np.floating]) -> KernelSpectrum:
         """Return the spectrum times `factor`, in the precision `dtype`."""
