@@ -25,7 +25,7 @@ class KernelSpectrum:
     odd_x: bool
 
     def whole(self, lengths: Sequence[int]) -> FloatArray:
-        """Return the values for all wave numbers in x, or in x and y: (mx, my//2 + 1) or (mx, my); lengths: mx, or both.
+        """Return the values for all wave numbers in x, or in both: (mx, my//2 + 1) or (mx, my); lengths: mx, or both.
 
         The latter holds for spectra that are even or odd in both directions.
         """
