@@ -48,6 +48,7 @@ PARTS = {
         "active_region",
         "working_state",
         "load_checks",
+        "failure_reasons",
         "limit_load",
         "load_path",
     ),

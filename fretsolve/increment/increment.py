@@ -13,9 +13,10 @@ from fretsolve.errors import NoSolutionError, NotConvergedError
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Evidence, Examiner, Solution
+from fretsolve.increment.failure_reasons import ADVICE, TOO_FEW_DIGITS
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import require_inside, require_supported
-from fretsolve.increment.staggered_iteration import ADVICE, TOO_FEW_DIGITS, StaggeredIteration
+from fretsolve.increment.staggered_iteration import StaggeredIteration
 from fretsolve.increment.working_state import InitialState, Trend, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import LARGE_GRID, Grid

@@ -12,6 +12,7 @@ from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_widt
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
+from fretsolve.increment.failure_reasons import is_far, why_not_pressed, why_not_settled, why_not_sheared
 from fretsolve.increment.grid_hierarchy import MOST_DIRECT_CELLS, GridLevel
 from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.sheared_surfaces import ShearedSurfaces
@@ -36,11 +37,6 @@ CONTRACTION = 0.02
 
 EXPECTED_SLIP = 0.1
 """Scale of slips over the motion that the trend expects, before the first solve for the shear has found it."""
-
-EASIER = "loosen solver.tolerance, or take more increments"
-TOO_FEW_DIGITS = "the changes may be too small for solver.precision: single, take double; else "
-
-ADVICE = f"raise solver.max_iterations, {EASIER}"
 
 
 class StaggeredIteration:
@@ -70,7 +66,7 @@ class StaggeredIteration:
         self._control = increment.tangential.relative_to(start.rigid[3:])
         if start.friction is not None and self._holds(increment, start, work):
             return
-        if self.model.has_shear and not self._is_far(increment.tangential):
+        if self.model.has_shear and not is_far(increment.tangential, self.level.grid):
             least, precision = self._least_slip, self.level.operator.dtype
             problem = coupled_problem(self._undeformed, self._friction, increment, start, work, least, precision)
 
@@ -108,7 +104,7 @@ class StaggeredIteration:
                 if self._surfaces is not None:
                     self._surfaces.begin_again(work, self._friction_limit)
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
-                raise NotConvergedError(self._why_not_settled(work))
+                raise NotConvergedError(why_not_settled(work, self.model))
 
     def _press(self, increment: Increment, start: InitialState, work: WorkingState, tolerance: float) -> float:
         """Solve for the pressure between the present surfaces, and return the error of the gap over its scale."""
@@ -144,13 +140,14 @@ class StaggeredIteration:
         work.iterations_tangential += found.iterations
         work.rigid[3:] = start.rigid[3:] + found.rigid
         if not found.converged:
-            raise NotConvergedError(self._why_not_solved(found, tolerance, control))
+            limit, most = self._friction_limit, self.max_iterations
+            raise NotConvergedError(why_not_sheared(self.level, found, tolerance, control, limit, most))
         return min(found.residual, tolerance)
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
         """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""
         few = 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS and self.level.direct is not None
-        if not few or work.staggered_iterations or self._is_far(increment.tangential):
+        if not few or work.staggered_iterations or is_far(increment.tangential, self.level.grid):
             return False
         if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
             return False  # cells without friction neither stick nor have a direction
@@ -230,14 +227,7 @@ class StaggeredIteration:
             return
         if not work.pressure.any():
             raise ContactLostError("a moment is imposed where delta_z lifts the body off; impose P or a tilt instead")
-        if found.residual <= tolerance:
-            raise NotConvergedError(
-                "the imposed loads are not balanced by a contact of so few cells; take more points or a smaller area"
-            )
-        raise NotConvergedError(
-            f"the normal problem is not solved after {found.iterations} iterations: the largest gap error is"
-            f" {found.residual:.2g} of the normal displacement, {tolerance:.2g} is needed; {ADVICE}"
-        )
+        raise NotConvergedError(why_not_pressed(found, tolerance))
 
     def _must_solve_shear(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether there is shear to solve for; else set the tangential rigid displacements."""
@@ -312,39 +302,3 @@ class StaggeredIteration:
         if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
             return None
         return self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)
-
-    def _why_not_solved(self, found: SolverResult, tolerance: float, control: LoadControl) -> str:
-        """Return why the tangential problem is given up."""
-        if self._is_far(control):
-            return (
-                f"the torque about an origin {self.level.grid.farthest:.3g} mm away is not balanced: so long an arm"
-                " leaves too few digits in double precision; move surface and grid towards the origin, or impose phi_z"
-            )
-        if found.residual <= tolerance:
-            return "the tangential loads are not balanced by so few cells; take more points or a smaller area"
-        spare = load_factor(self._friction_limit, control, self.level.tangential.modes) - 1.0
-        if spare < 1e-3:
-            return (
-                f"the tangential problem is not solved: the loads are within {spare:.1g} of gross slip, where"
-                " almost nothing sticks; lower them, raise P or the friction, or impose displacements"
-            )
-        advice = ADVICE if found.iterations >= self.max_iterations else EASIER  # more iterations would only cycle
-        digits = TOO_FEW_DIGITS if self.level.operator.dtype is np.float32 else ""
-        return (
-            f"the tangential problem is not solved after {found.iterations} iterations: the largest slip error is"
-            f" {found.residual:.2g} of the rigid displacement, {tolerance:.2g} is needed; {digits}{advice}"
-        )
-
-    def _why_not_settled(self, work: WorkingState) -> str:
-        """Return why the staggered iteration is given up."""
-        friction, beta = self.model.friction, abs(self.model.compliances.dundurs_constant)
-        return (
-            f"pressure and shear still change each other after {work.staggered_iterations} staggered iterations, by"
-            f" {work.change:.2g} of the normal displacement, and solving both together fails as well: the coupling is"
-            f" strong, friction times Dundurs' constant is {friction:g} x {beta:.2g}; take more increments, or less"
-            " friction"
-        )
-
-    def _is_far(self, control: LoadControl) -> bool:
-        """Return whether a torque is imposed about an origin too far away for double precision."""
-        return control.forced[2] and self.level.grid.farthest > 1e4 * max(self.level.grid.size)
