@@ -32,6 +32,7 @@ from fretsolve.simulation.quantity_estimates import (
     WORK,
 )
 from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import DoubleArray
 
 FLOOR_ORDER = 2.0
@@ -78,10 +79,6 @@ FLATTENED = 0.5
 them, where that is small: where the pressure is less, near the edge, the bodies touch in part. Where it is 1 nothing is
 known, and the relative error is 1."""
 
-HIDDEN_SLIP = 0.5
-"""Energy that slip within the cells at a sharp edge dissipates, over A h / E* times the sum of (mu p)^2 times what the
-shear goes beyond it, with the area A and the shorter side h of a cell."""
-
 FEW_STICK = 0.35
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
 
@@ -107,13 +104,6 @@ PRESSED_STEPS, PRESSED_CELLS = 6.0, 3.0
 cells, over one over the number of increments: coarse runs see next to no annulus, and not what more increments change.
 """
 
-ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
-"""A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
-increments only make it vanish. Its width w is ANNULUS times that of a sphere (Spence), and the energy that it
-dissipates while the contact grows is ANNULUS_WORK mu beta (w/a)^2.5 p0^2 a^3/E*, with Dundurs' constant beta: slip of
-the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the area. The factors hold for spheres and
-flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
-
 
 @dataclass(frozen=True)
 class LeastErrors:
@@ -137,6 +127,11 @@ class LeastErrors:
     maps: bool
     edges: tuple[Edge, ...]
 
+    @property
+    def _unseen_slip(self) -> UnseenSlip:
+        """Slip that no cell shows."""
+        return UnseenSlip(self.model, self.side, self.slender, self.ends, self.edges)
+
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
@@ -156,45 +151,58 @@ class LeastErrors:
 
         That of the largest pressure is infinite where a sharp tip or edge is in contact.
         """
-        summary = state.summary
+        summary, outline = state.summary, self._outline(state)
         # Where the contact has opened, the largest one counts: its errors are those that are left.
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
-        outline = self._outline(state)
         self._put_zones(least, summary, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
-        dissipated = DISSIPATED_FACETS * ratio if self.ridges else 0.0
-        least[[WORK, TOTAL]] = dissipated * np.array([summary.work, summary.work_total])
-        least[TOTAL] += self._unseen_slip(summary)[1]
-        least[[WORK, TOTAL]] += np.array([shear_path.last_thin, shear_path.thin])
-        least[[WORK, TOTAL]] += self._energy_at_edges(state, shear_path) * np.array(
-            [shear_path.last, shear_path.length]
-        )
-        at_sharp_edges = self._energy_at_sharp_edges(state, shear_path)
+        least[[WORK, TOTAL]] = self._dissipated(state, ratio, shear_path)
+        self._add_moments(least, summary, largest, ratio)
+        if self.sharp and radius:
+            self._add_sharp_outline(least, largest, outline / radius)
+        if summary.max_pressure:
+            self._add_heights(least, summary, largest)
+            least[PRESSURE] += self._hidden_pressure(state)
+        return least
+
+    def _dissipated(self, state: State, ratio: float, shear_path: ShearPath) -> DoubleArray:
+        """Return those of the energy dissipated in the last increment and in all, (2,); ratio: side over radius."""
+        summary, unseen = state.summary, self._unseen_slip
+        on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
+        least = on_facets * np.array([summary.work, summary.work_total])
+        least += unseen.energies_of_annulus(summary, shear_path.before)
+        least += np.array([shear_path.last_thin, shear_path.thin])
+        least += unseen.at_roundings(state, shear_path.largest) * np.array([shear_path.last, shear_path.length])
         ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
         part = shear_path.last / shear_path.length if shear_path.length else 0.0
-        least[[WORK, TOTAL]] += at_sharp_edges * ways * np.array([part, 1.0])
-        arms = ratio**FLOOR_ORDER * summary.contact_radius
+        least += unseen.at_sharp_edges(state, shear_path.largest) * ways * np.array([part, 1.0])
+        return least
+
+    def _add_moments(self, least: DoubleArray, summary: Summary, largest: DoubleArray, ratio: float) -> None:
+        """Add what sums of tractions of opposite effect miss; ratio: side over contact radius."""
+        arm = ratio**FLOOR_ORDER * summary.contact_radius
         opposite = MOMENT_ENDS if self.ends else MOMENT
         shear = float(np.hypot(largest[QX], largest[QY]))
-        turned = SHARP_MOMENT * outline / radius if self.sharp and radius else 0.0
         on_maps = MOMENT_MAPS * shear if self.model.coupled and self.maps else 0.0
-        tilt = math.hypot(opposite * summary.P, on_maps)
-        for place, force in ((MX, tilt), (MY, tilt), (MZ, opposite * shear)):
-            least[place] = math.hypot(arms * force, least[place], turned * largest[place])
-        if self.sharp and radius:
-            deep = math.hypot(outline / radius, self.missed)
-            least[DISPLACED] = np.hypot(least[DISPLACED], deep * largest[DISPLACED])
-            least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
-        if summary.max_pressure:
-            peak = least[PRESSURE] + self._hidden_pressure(state)
-            flattened = min(self.flattening / summary.max_pressure, 1.0)
-            unresolved = (FLATTENED + (1.0 - FLATTENED) * flattened) * flattened**2
-            least += unresolved * largest
-            least[[MX, MY]] += (flattened - unresolved) * largest[[MX, MY]]
-            least[[*CONTACT_EXTENTS, *STICK_EXTENTS]] += unresolved * summary.contact_radius
-            least[PRESSURE] = peak
-        return least
+        least[[MX, MY]] = np.hypot(least[[MX, MY]], arm * math.hypot(opposite * summary.P, on_maps))
+        least[MZ] = math.hypot(least[MZ], arm * opposite * shear)
+
+    def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
+        """Add what the outline of a sharp body misses; outline: its least error over the contact radius."""
+        moments, deep = [MX, MY, MZ], math.hypot(outline, self.missed)
+        least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
+        least[DISPLACED] = np.hypot(least[DISPLACED], deep * largest[DISPLACED])
+        least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
+
+    def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
+        """Add what heights miss that are finer than the cells, but for the largest pressure."""
+        flattened = min(self.flattening / summary.max_pressure, 1.0)
+        parts = np.full(len(least), (FLATTENED + (1.0 - FLATTENED) * flattened) * flattened**2)
+        parts[[MX, MY]], parts[PRESSURE] = flattened, 0.0
+        scales = largest.copy()
+        scales[[*CONTACT_EXTENTS, *STICK_EXTENTS]] = summary.contact_radius  # a middle may be at 0
+        least += parts * scales
 
     def _outline(self, state: State) -> float:
         """Return the least error (mm) of the radii where a body ends, or where facets bound the contact."""
@@ -224,7 +232,7 @@ class LeastErrors:
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             # one less than a cell wide that is as long as the contact is in this proportion
             return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
-        width = self._unseen_slip(summary)[0]
+        width = self._unseen_slip.annulus(summary)
         if 0 < summary.stick_cells < summary.contact_cells or width:
             part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
@@ -254,36 +262,6 @@ class LeastErrors:
             return 0.0
         rise = 1.0 + math.log(self.side / stick) if stick < self.side else self.side / stick
         return self.model.friction * abs(self.model.compliances.dundurs_constant) * rise * summary.max_pressure
-
-    def _energy_at_edges(self, state: State, shear_path: ShearPath) -> float:
-        """Return what slip within roundings that the cells do not see dissipates (mJ), per length of the path."""
-        friction, modulus = self.model.friction, self.model.compliances.contact_modulus
-        if not shear_path.largest:
-            return 0.0
-        energies = (edge.hidden_energy(state.fields.pressure, self.side, modulus, friction) for edge in self.edges)
-        return shear_path.largest**2 * sum(energies)
-
-    def _energy_at_sharp_edges(self, state: State, shear_path: ShearPath) -> float:
-        """Return what slip within the cells at sharp edges dissipates (mJ), per length of the path."""
-        if not (self.ends and shear_path.largest and any(edge.radius == 0.0 for edge in self.edges)):
-            return 0.0
-        modulus, mismatch = self.model.compliances.contact_modulus, abs(self.model.compliances.dundurs_constant)
-        limit = self.model.friction * state.fields.pressure.astype(np.float64)
-        shear = np.hypot(*state.fields.shear.astype(np.float64))
-        unlike = mismatch * math.log(4.0) / (math.pi * self.model.friction) if self.model.coupled else 0.0
-        stresses = sum(edge.hidden_stress(limit, shear, shear_path.largest, unlike) for edge in self.edges)
-        size = self.side**2 if self.model.line else self.side**3 / self.slender**2
-        return HIDDEN_SLIP * stresses * size / modulus
-
-    def _unseen_slip(self, summary: Summary) -> tuple[float, float]:
-        """Return width (mm) and dissipated energy (mJ) of a slip annulus too thin for the cells; 0 for others."""
-        width = ANNULUS * (1.0 - spence_ratio(self.model)) * summary.contact_radius
-        if not 0.0 < width < ANNULUS_CELLS * self.side:
-            return 0.0, 0.0
-        pair, radius = self.model.compliances, summary.contact_radius
-        mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
-        size = radius**2 if self.model.line else radius**3
-        return width, ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus
 
     def thin_slip(self, summary: Summary, count: int) -> float:
         """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0.

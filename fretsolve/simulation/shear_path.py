@@ -19,6 +19,7 @@ class ShearPath:
     way in the last increment and in all; last_thin, thin: least error (mJ) of what the last increment and all
     dissipated in annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to
     gross slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
+    now, before: the summaries of the last increment and of the one before it, None where there is none.
     """
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -27,6 +28,8 @@ class ShearPath:
     length: float = 0.0
     last_thin: float = 0.0
     thin: float = 0.0
+    now: Summary | None = None
+    before: Summary | None = None
 
     @property
     def left(self) -> float:
@@ -40,10 +43,11 @@ class ShearPath:
         thin: least error (mJ) of what the increment dissipates in an annulus thinner than cells.
         """
         if carried <= 0.0:
-            return replace(self, last=0.0, last_thin=0.0)
+            return replace(self, last=0.0, last_thin=0.0, now=summary, before=self.now)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
         last = math.dist(at, self.at)
         largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
-        return ShearPath(at, largest, last, self.length + last, thin, self.thin + thin)
+        length, thin_so_far = self.length + last, self.thin + thin
+        return ShearPath(at, largest, last, length, thin, thin_so_far, summary, self.now)

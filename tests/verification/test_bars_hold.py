@@ -6,6 +6,7 @@ The true values are those of runs with three to five times the points per side a
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,13 @@ from solving import DISSIMILAR, SPHERE, build
 from fretsolve.case.models import Case
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin
-from fretsolve.result.state import CORRECTED, State, Summary, SummaryErrors
+from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.coarse_runs import values_of
 from fretsolve.simulation.error_bars import run_with_error_bars
+from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.simulation import run
 
 UNLIKE = [{"young_modulus": 136.8e3, "poisson_ratio": nu} for nu in (0.1, 0.4)]
 PUNCH: dict[str, Any] = {
@@ -515,6 +520,20 @@ def test_bars_hold_the_peaks_of_a_map_finer_than_the_cells(tmp_path: Path) -> No
         assert abs(found - true) <= bar < 0.3 * true, f"{name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
 
 
+def test_heights_that_cells_miss_count_once_in_half_widths_and_middles(tmp_path: Path) -> None:
+    """By the share of the contact radius by which they change that."""
+    surface = [SPHERE, wavy(tmp_path / "waves.npy", 20, 4e-6, 0.018, 0.0012)]
+    setup = set_up(build(surface=surface, friction=0.0, grid={"points": 36, "size": 0.71}))
+    least = LeastErrors.of(setup)
+    (state,) = run(setup)
+    largest = np.abs(values_of(state.summary))
+    with_heights, without = (one.values(state, largest, ShearPath()) for one in (least, replace(least, flattening=0.0)))
+    added = dict(zip(ESTIMATED, with_heights - without, strict=True))
+    assert added["contact_radius"] > 1e-3 * state.summary.contact_radius
+    for name in ("contact_half_width_x", "contact_half_width_y", "contact_center_x", "stick_center_y"):
+        assert added[name] == pytest.approx(added["contact_radius"]), name
+
+
 def test_slip_that_no_grid_sees_is_in_the_bar() -> None:
     """Slip within a rounding of a third of a cell, by the asymptotic law that finer cells and plane strain confirm."""
     surface = {"punch": {"radius": 0.5, "edge_radius": 0.01}}
@@ -610,6 +629,19 @@ def test_bars_hold_the_energy_of_an_annulus_thinner_than_a_cell() -> None:
     hertz = hertz_sphere(400.0, 10.0, pair.contact_modulus)
     first = 0.25 * cattaneo_mindlin(hertz, 0.3, 12.0, pair.tangential).work_per_cycle
     assert abs(summary.work_total - first) <= errors.work_total_error < 3.0 * first
+
+
+def test_bars_hold_the_energy_of_each_increment_that_presses_unlike_spheres() -> None:
+    """In an annulus that no cell shows. Spheres under all loads are alike, so that the energy goes like P^(5/3)."""
+    path, truth = [{"P": 400.0, "increments": 30}], 1.43e-5  # with four times the points
+    case = build(bodies=DISSIMILAR, friction=0.3, grid={"points": 24}, load_path=path)
+    for state in run_with_error_bars(case):
+        energy, before = (
+            truth * (count / 30.0) ** (5.0 / 3.0) for count in (state.summary.step + 1, state.summary.step)
+        )
+        assert state.errors is not None
+        if state.summary.step > 0:  # the first contact is hardly wider than a cell
+            assert abs(state.summary.work - (energy - before)) <= state.errors.work_error, state.summary.step
 
 
 def test_bars_of_an_opened_contact_are_those_of_its_errors() -> None:

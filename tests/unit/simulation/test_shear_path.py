@@ -34,3 +34,12 @@ def test_pressing_unlike_bodies_is_no_way_and_neither_is_lost_contact():
     assert (pressed.length, pressed.largest) == (0.0, 0.5)
     lost = pressed.after(summary(Qx=1.0), 0.0, 0.0, 1.0)
     assert (lost.last, lost.length, lost.last_thin, lost.thin) == (0.0, pressed.length, 0.0, 1e-6)
+
+
+def test_it_keeps_the_last_two_summaries():
+    first, second = summary(Qx=30.0), summary(Qx=-30.0)
+    path = ShearPath().after(first, 40.0, 0.0, 0.0)
+    assert (path.now, path.before) == (first, None)
+    for carried in (40.0, 0.0):
+        after = path.after(second, carried, 0.0, 0.0)
+        assert (after.now, after.before) == (second, first)

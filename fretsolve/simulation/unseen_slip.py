@@ -1,0 +1,83 @@
+"""Slip that no cell shows: within roundings, at sharp edges, and in annuli of unlike bodies pressed together."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.case.history import Summary
+from fretsolve.model.edges import Edge
+from fretsolve.model.required_terms import Model
+from fretsolve.result.state import State
+from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.system.arrays import DoubleArray
+
+HIDDEN_SLIP = 0.5
+"""Energy that slip within the cells at a sharp edge dissipates, over A h / E* times the sum of (mu p)^2 times what the
+shear goes beyond it, with the area A and the shorter side h of a cell."""
+
+ANNULUS, ANNULUS_WORK, ANNULUS_CELLS = 1.3, 10.0, 1.5
+"""A slip annulus of dissimilar bodies pressed together that is thinner than ANNULUS_CELLS cells is not resolved: more
+increments only make it vanish. Its width w is ANNULUS times that of a sphere (Spence), and the energy that it
+dissipates while the contact grows is ANNULUS_WORK mu beta (w/a)^2.5 p0^2 a^3/E*, with Dundurs' constant beta: slip of
+the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the area. The factors hold for spheres and
+flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
+
+
+@dataclass(frozen=True)
+class UnseenSlip:
+    """The slip of a problem that its cells do not show; its fields are those of `LeastErrors`."""
+
+    model: Model
+    side: float
+    slender: float
+    ends: bool
+    edges: tuple[Edge, ...]
+
+    def at_roundings(self, state: State, share: float) -> float:
+        """Return what slip within roundings that the cells do not see dissipates (mJ), per length of the path.
+
+        share: largest part of the friction limit to which the path has sheared.
+        """
+        friction, modulus = self.model.friction, self.model.compliances.contact_modulus
+        if not share:
+            return 0.0
+        energies = (edge.hidden_energy(state.fields.pressure, self.side, modulus, friction) for edge in self.edges)
+        total: float = share**2 * sum(energies)
+        return total
+
+    def at_sharp_edges(self, state: State, share: float) -> float:
+        """Return what slip within the cells at sharp edges dissipates (mJ), per length of the path; share: as above."""
+        if not (self.ends and share and any(edge.radius == 0.0 for edge in self.edges)):
+            return 0.0
+        modulus, mismatch = self.model.compliances.contact_modulus, abs(self.model.compliances.dundurs_constant)
+        limit = self.model.friction * state.fields.pressure.astype(np.float64)
+        shear = np.hypot(*state.fields.shear.astype(np.float64))
+        unlike = mismatch * math.log(4.0) / (math.pi * self.model.friction) if self.model.coupled else 0.0
+        stresses = sum(edge.hidden_stress(limit, shear, share, unlike) for edge in self.edges)
+        size = self.side**2 if self.model.line else self.side**3 / self.slender**2
+        return HIDDEN_SLIP * stresses * size / modulus
+
+    def annulus(self, summary: Summary) -> float:
+        """Return the width (mm) of a slip annulus that is too thin for the cells, 0 of others."""
+        width = ANNULUS * (1.0 - spence_ratio(self.model)) * summary.contact_radius
+        return width if width < ANNULUS_CELLS * self.side else 0.0
+
+    def energies_of_annulus(self, summary: Summary, before: Summary | None) -> DoubleArray:
+        """Return what it has dissipated (mJ) in the last increment and in all, (2,); before: of the increment before.
+
+        The energy of a contact that shrinks is 0 in the increment.
+        """
+        now, then = (0.0 if one is None else self._energy_of_annulus(one) for one in (summary, before))
+        return np.array([max(now - then, 0.0), now])
+
+    def _energy_of_annulus(self, summary: Summary) -> float:
+        width, radius, pair = self.annulus(summary), summary.contact_radius, self.model.compliances
+        if not width:
+            return 0.0
+        mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
+        size = radius**2 if self.model.line else radius**3
+        energy: float = ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus
+        return energy
