@@ -34,7 +34,7 @@ def precondition(first, stop, image, residual, weight, normal, constraints):
             for j in range(ny):
                 w, n_x, n_y = weight[i, j], normal[0, i, j], normal[1, i, j]
                 v = w / (w + half * (one - w))
-                d = middle * (w / (w + middle * (one - w)) - v * v)
+                d = middle * w / (w + middle * (one - w)) * (one - v) * (one - v)
                 r_x, r_y = residual[0, i, j], residual[1, i, j]
                 x, y = image[0, i, j] * v + d * r_x, image[1, i, j] * v + d * r_y
                 along = x * n_x + y * n_y

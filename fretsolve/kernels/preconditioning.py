@@ -15,5 +15,5 @@ def share(weight: FloatArray) -> FloatArray:
 
 
 def diagonal(weight: FloatArray, share: FloatArray) -> FloatArray:
-    """Return D from W and V."""
-    return MIDDLE * (weight / (weight + MIDDLE * (1.0 - weight)) - share * share)
+    """Return D from W and V. As a difference, f / (1 + f S) - f V^2, it would be negative by rounding near W = 1."""
+    return MIDDLE * weight / (weight + MIDDLE * (1.0 - weight)) * (1.0 - share) ** 2
