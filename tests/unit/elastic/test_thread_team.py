@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -48,6 +49,42 @@ def test_errors_come_back(failing: int) -> None:
 
     with pytest.raises(OverflowError, match=f"of member {failing}"):
         ThreadTeam(2).share(work, range(2))
+
+
+@pytest.mark.parametrize("failing", [0, 1])
+def test_a_team_works_on_after_an_error(failing: int) -> None:
+    both, team, done = threading.Barrier(2, timeout=30.0), ThreadTeam(2), []
+
+    def fail(member: int, part: int) -> None:
+        both.wait()
+        if member == failing:
+            raise OverflowError
+
+    for _ in range(3):
+        with pytest.raises(OverflowError):
+            team.share(fail, range(2))
+    team.share(lambda member, part: done.append(part), range(4))
+    assert sorted(done) == [0, 1, 2, 3]
+
+
+def test_threads_end_with_their_team() -> None:
+    before = set(threading.enumerate())
+    team = ThreadTeam(3)
+    own = set(threading.enumerate()) - before
+    assert len(own) == 2
+    del team
+    for thread in own:
+        thread.join(30.0)
+    assert not any(thread.is_alive() for thread in own)
+
+
+def test_waiting_threads_keep_nothing_alive() -> None:
+    team, both, field = ThreadTeam(2), threading.Barrier(2, timeout=30.0), np.zeros(3)
+    kept = weakref.ref(field)
+    team.share(lambda member, part, field=field: both.wait() and None, range(2))
+    del field
+    team.share(lambda member, part: both.wait() and None, range(2))  # the other thread has ended the first call
+    assert kept() is None
 
 
 def test_memory_for_spectra_is_shared_and_freed():
