@@ -276,13 +276,14 @@ def _follow(trend: Trend, start: InitialState, work: WorkingState, friction: Fri
     trend of the shear alone is followed.
     """
     change = trend.change
-    work.shear += trend.factor * change.shear
+    step = trend.factor * change.shear
+    work.shear += step
     if work.slip_is_known:
         work.pressure += trend.factor * change.pressure
         work.rigid += trend.factor * trend.rigid
         start = replace(start, elastic_slip=-trend.factor * change.displacement)
     else:
         work.rigid[3:] += trend.factor * trend.rigid[3:]
-    ahead = work.shear + ZONES_AHEAD * trend.factor * change.shear
-    work.slipping = slips(ahead, friction.limit(work.pressure), 0.0)
+    step *= ZONES_AHEAD
+    work.slipping = slips(work.shear + step, friction.limit(work.pressure), 0.0)
     return start

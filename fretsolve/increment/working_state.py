@@ -55,7 +55,7 @@ class InitialState:
     @cached_property
     def largest_displacement(self) -> float:
         """Largest tangential elastic displacement (mm)."""
-        return float(np.abs(self.displacement).max())
+        return float(np.maximum(self.displacement.max(), -self.displacement.min()))
 
     def largest_mismatch(self, pressure: FloatArray) -> float:
         """Return the largest mismatch (mm) in the contact under `pressure`."""

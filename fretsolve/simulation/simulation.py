@@ -26,7 +26,7 @@ from fretsolve.simulation.fields_of_increment import fields_of, precision_of, re
 from fretsolve.simulation.located_errors import locate
 from fretsolve.simulation.slip_and_work import mean_pressure
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
-from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector, vector_lengths
 
 LARGEST_GROWTH = 3.0
 """Load step over the one before it up to which an increment is estimated by that one."""
@@ -222,9 +222,14 @@ def _rigid(summaries: Sequence[Summary]) -> Vector:
 def _change(initial: InitialState, solved: Solved) -> Change:
     """Return the change over an increment."""
     solution = solved.solution
+
+    def difference(after: FloatArray, before: FloatArray) -> FloatArray:
+        """Return a difference, which is computed in double precision, in single precision."""
+        return np.subtract(after, before, out=np.empty(after.shape, np.float32), casting="same_kind")
+
     change = Change(
-        pressure=(solution.pressure - initial.pressure).astype(np.float32),
-        shear=(solution.shear - initial.shear).astype(np.float32),
+        pressure=difference(solution.pressure, initial.pressure),
+        shear=difference(solution.shear, initial.shear),
         displacement=solution.displacement - initial.displacement,
     )
     for array in vars(change).values():
@@ -288,7 +293,7 @@ def _summary(
         contact_cells=int(np.count_nonzero(zone)),
         stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
         max_pressure=float(solution.pressure.max()),
-        max_shear=float(np.hypot(solution.shear[0], solution.shear[1]).max()),
+        max_shear=float(vector_lengths(solution.shear).max()),
         work=work,
         work_total=work_total,
         iterations_normal=solved.iterations_normal,

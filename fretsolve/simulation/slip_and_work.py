@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.elastic.rounding import TINY
 from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import Fields, Zone
@@ -93,7 +94,9 @@ def share_in_contact(
 
 def mean_pressure(before: FloatArray, after: FloatArray) -> FloatArray:
     """Return the mean over an increment of a pressure whose square changes linearly, of the arrays' shape."""
-    total = before + after
-    product = np.divide(before * after, total, out=np.zeros_like(total), where=total > 0.0)
-    mean: FloatArray = (total - product) * (2.0 / 3.0)
+    mean: FloatArray = before + after
+    product = before * after  # 0 where both are
+    product /= np.maximum(mean, TINY)
+    mean -= product
+    mean *= 2.0 / 3.0
     return mean
