@@ -19,7 +19,7 @@ from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, r
 from fretsolve.export.wear_report import about_rows, has_wear, rows_of_wear, wear_totals
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
-from fretsolve.result.verdict import verdict_of
+from fretsolve.result.verdict import verdict_of, why_no_bars
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
@@ -254,6 +254,7 @@ def _totals(result: Result) -> list[str]:
     if "coarse_runs_wall_time" in history:
         for_errors = float(history["coarse_runs_wall_time"].sum())
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
+    lines += [unknown] if (unknown := why_no_bars(history)) else []
     reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]
     lines += _point_of_load(result)

@@ -111,6 +111,18 @@ def verdict(
     return found if found.met else replace(found, advice=_advice(found, known[name], history, int(ends[end]), points))
 
 
+def why_no_bars(history: Mapping[str, DoubleArray]) -> str:
+    """Return in one line from where on a run has no error bars though it was to have some, empty if it has all."""
+    unknown = np.flatnonzero(np.isnan(history.get("P" + ERROR_SUFFIX, np.empty(0))))
+    if not unknown.size:
+        return ""
+    step = int(unknown[0])
+    return (
+        f"no error bars from increment {step} (stage {int(history['stage'][step])}) on: a coarse run has no solution"
+        " there; more grid.points or a larger grid.size may do"
+    )
+
+
 def _advice(missed: Verdict, scale: float, history: Mapping[str, DoubleArray], step: int, points: Sequence[int]) -> str:
     """Return the key and value of more points or increments, by what the worst bar at `step` comes from."""
     if math.isnan(missed.worst):

@@ -17,7 +17,7 @@ from fretsolve.model.surface import separation
 from fretsolve.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.setup.closed_forms.area_forms import ClosedForms
 from fretsolve.setup.closed_forms.normal_forms import Load
-from fretsolve.setup.contact_size import Size, automatic_size, surely_in_contact
+from fretsolve.setup.contact_size import Size, automatic_size, room_for_coarse_runs, surely_in_contact
 from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
 from fretsolve.system.arrays import DoubleArray
 
@@ -161,6 +161,15 @@ def _grid(model: Model, points: tuple[int, int], size: Size, case: Case) -> Grid
     return LineGrid.of_length(points[0], length, case.grid.center[0], log_length)
 
 
+def _automatic_size(case: Case, closed_forms: ClosedForms, load_path: LoadPath) -> Size:
+    """Return the sides (mm) that hold the contact, also on the cells of the coarse runs where error bars take some."""
+    size, points = automatic_size(closed_forms, load_path.normal_loads()), case.grid.points
+    if points is None or not case.solver.error_bars:  # an accuracy picks points that leave the room anyway
+        return size
+    nx, ny = (points[0], points[0]) if closed_forms.model.line else points
+    return size[0] * room_for_coarse_runs(nx), size[1] * room_for_coarse_runs(ny)
+
+
 def _require_deep(case: Case, size: Size) -> None:
     """Raise CaseError if the reference depth of a line contact is less than the grid's length."""
     depth = case.reference_depth
@@ -190,7 +199,7 @@ def _set_up(case: Case) -> ProblemSetup:
     _require_slip(case, model)
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
     closed_forms = closed_forms_of(case, model, load_path.imposed)
-    size = case.grid.size or automatic_size(closed_forms, load_path.normal_loads())
+    size = case.grid.size or _automatic_size(case, closed_forms, load_path)
     _require_deep(case, size)
     heights = cache(partial(_read_heights, case, model, load_path, size))
     points = case.grid.points or points_needed(closed_forms, load_path, size, heights)

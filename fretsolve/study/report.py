@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
+import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
@@ -41,6 +42,15 @@ def notes(study: Assessment) -> Iterator[str]:
     if study.left_out and len(failed) < len(study.rows):
         yield f"left out, since 0: {', '.join(map(str, study.left_out))}"
     yield from failed
+    yield from without_values(study)
+
+
+def without_values(study: Assessment) -> Iterator[str]:
+    """Yield a line on each case that has no corrected values at some stages, since it has no error bars there."""
+    for row in study.rows if study.plan.corrected else ():
+        why, settings = row.outcome.without_bars, words(row.case.settings, line=row.case.setup.model.line)
+        if why and np.isnan(row.values).any():
+            yield f"not corrected: {settings}: {why}"
 
 
 def failures(study: Assessment) -> Iterator[str]:

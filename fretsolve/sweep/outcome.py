@@ -17,7 +17,7 @@ from fretsolve.fatigue.names import WORST_NAMES, fatigue_path
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
-from fretsolve.result.verdict import best_column
+from fretsolve.result.verdict import best_column, why_no_bars
 from fretsolve.stress.names import PEAK_NAMES, stress_path
 from fretsolve.sweep.quantity import LAST_STAGE, StageQuantity
 from fretsolve.system.arrays import DoubleArray
@@ -36,7 +36,7 @@ class Outcome:
     increments, seconds, applications: solved, with their wall-clock time and applications of the elastic operator.
     peaks: the largest absolute value of each quantity on the path, 0 if it is round-off; failure: why there is no
     solution, empty if there is one; stages: of the whole path, 0 if the run failed; units: of the quantities by their
-    names, empty without a result.
+    names, empty without a result; without_bars: from where on there are no error bars, and why, empty if there are all.
     """
 
     values: DoubleArray
@@ -49,6 +49,7 @@ class Outcome:
     running_condition: RunningCondition = ""
     stages: int = 0
     units: Mapping[str, str] = field(default_factory=dict)
+    without_bars: str = ""
 
 
 class _Source(Protocol):
@@ -171,6 +172,7 @@ def read_outcome(
             running_condition_of(result),
             int(result.history["stage"][-1]) if result.status == "complete" else 0,
             {one.name: source.units(one) for one, source in pairs},
+            why_no_bars(result.history),
         )
 
 

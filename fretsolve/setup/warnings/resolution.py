@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from fretsolve.case.dimensions import cell_counts
 from fretsolve.errors import dotted
 from fretsolve.model.edges import CYLINDER_END, depth_in_rounding, rounding
-from fretsolve.setup.contact_size import AREA_MARGIN
+from fretsolve.setup.contact_size import AREA_MARGIN, room_for_coarse_runs
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
@@ -131,8 +131,11 @@ def cells_across(setup: ProblemSetup) -> float | None:
         return min(2.0 * axis / cell for axis, cell in zip(hertz.semi_axes, along, strict=True))
     width = setup.closed_forms.contact_width(max(grid.size))
     if width is None:
-        cells = grid.nx if setup.model.line else min(grid.shape)
-        return cells / AREA_MARGIN if setup.case.grid.size is None else None
+        if setup.case.grid.size is not None:
+            return None
+        bars = setup.case.solver.error_bars
+        rooms = ((cells, room_for_coarse_runs(cells) if bars else 1.0) for cells in grid.shape[: len(grid.axes)])
+        return min(cells / (AREA_MARGIN * room) for cells, room in rooms)
     if surface.kind == "cylinder":
         return width / math.hypot(grid.dx * math.sin(surface.axis), grid.dy * math.cos(surface.axis))
     return width / max(grid.dx, grid.dy)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.result.verdict import JUDGED_QUANTITIES, scales, verdict
+from fretsolve.result.verdict import JUDGED_QUANTITIES, scales, verdict, why_no_bars
 
 
 def history(**changes: object) -> dict[str, np.ndarray]:
@@ -55,6 +55,14 @@ def test_verdict_without_bars() -> None:
     columns = {name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}
     assert verdict({"accuracy": 0.01}, columns) is None
     assert verdict({}, history()) is None
+
+
+def test_it_is_told_from_where_on_there_are_no_bars() -> None:
+    told = why_no_bars(history(P_error=[0.0, 0.0, math.nan, math.nan]))
+    assert told.startswith("no error bars from increment 2 (stage 2) on: a coarse run has no solution there; more ")
+    assert "\n" not in told
+    assert why_no_bars(history()) == ""
+    assert why_no_bars({name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}) == ""
 
 
 def test_round_off_has_no_scale_of_its_own() -> None:

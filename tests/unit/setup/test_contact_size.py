@@ -1,14 +1,24 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
-from solving import HERTZ, LOAD, MATERIAL, A, build
+from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.errors import CaseError
 from fretsolve.model.load_control import LoadControl
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
-from fretsolve.setup.contact_size import AREA_MARGIN, contact_size
+from fretsolve.setup.contact_size import (
+    AREA_MARGIN,
+    COARSENED,
+    FEWEST_COARSE_POINTS,
+    contact_size,
+    room_for_coarse_runs,
+)
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.coarse_runs import FEWEST_POINTS, coarser
+from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
 
 
@@ -105,3 +115,36 @@ def test_usual_friction_leaves_the_size_as_it_is():
     found = set_up(build(bodies=UNLIKE_BODIES, friction=0.3, grid={"points": 32}, load_path=path))
     radius = found.closed_forms.largest.contact_radius
     assert found.grid.size == pytest.approx((2 * AREA_MARGIN * radius,) * 2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {"bodies": DISSIMILAR, "friction": 0.3, "load_path": [{"P": 400.0}, {"Qx": 108.0, "increments": 2}]},
+        {"surface": {"punch": {"radius": 0.5, "edge_radius": 0.4}}, "load_path": [{"P": 200.0}]},
+        {"plane": "strain", "surface": {"cylinder": {"radius": 10.0, "axis": "y"}}, "load_path": [{"P": 200.0}]},
+    ],
+    ids=["sheared sphere", "rounded punch", "line contact"],
+)
+@pytest.mark.parametrize("points", [16, 30])
+def test_auto_leaves_room_for_the_coarse_runs_of_error_bars(parts, points):
+    without, with_bars = (
+        set_up(build(**parts, grid={"points": points}, solver={"error_bars": asked})) for asked in (False, True)
+    )
+    wider = with_bars.grid.size[0] / without.grid.size[0]
+    assert wider == pytest.approx({16: 8 / 6 / 1.2, 30: 10 / 8 / 1.2}[points])
+    assert all(math.isfinite(state.errors.max_pressure_error) for state in run_with_error_bars(with_bars))
+    assert room_for_coarse_runs(34) == room_for_coarse_runs(200) == 1.0
+
+
+def test_a_given_size_stays_with_error_bars():
+    setup = set_up(build(grid={"points": 16, "size": 0.75}, solver={"error_bars": True}))
+    assert setup.grid.size == pytest.approx((0.75, 0.75))
+    assert (room_for_coarse_runs(16), room_for_coarse_runs(24)) == (room_for_coarse_runs(20),) * 2
+
+
+def test_room_is_for_the_coarsest_of_the_coarse_runs():
+    for points in (16, 30, 47):
+        coarse = coarser(set_up(build(grid={"points": points})), COARSENED, (1,))
+        assert coarse.grid.nx == max(math.ceil(points / COARSENED), FEWEST_COARSE_POINTS)
+    assert FEWEST_COARSE_POINTS == FEWEST_POINTS

@@ -406,6 +406,20 @@ def test_study_compares_corrected_values(tmp_path: Path) -> None:
     assert "--quantity delta_x_corrected@2: use --corrected with --quantity delta_x" in refusal.stderr
 
 
+def test_it_is_said_why_there_are_no_bars_and_no_corrected_values(tmp_path: Path) -> None:
+    """The shear moves the contact to the edge of the cells of a coarse run."""
+    case = write_case(tmp_path, COUPLED.replace("16}", "16, size: 0.7227}"))
+    sheared = ("--set", "friction=0.3", "--set", "stage.2.Qx=108")
+    ran = invoke("run", case, "--error-bars", *sheared)
+    assert ran.exit_code == 0, ran.stderr
+    why = "no error bars from increment 4 (stage 2) on: a coarse run has no solution there; more grid.points or a"
+    assert why in invoke("show", tmp_path / "case.h5").stdout.replace("\n", " ")
+    compared = invoke("study", case, "--corrected", "--vary", "grid.points=16,48", *sheared, "-o", tmp_path / "study")
+    assert compared.exit_code == 0, compared.stderr
+    assert f"not corrected: 16 x 16: {why}" in compared.stdout
+    assert "not corrected: 48" not in compared.stdout
+
+
 def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
     case = write_case(tmp_path, COUPLED + "solver: {error_bars: true}\n")
     ran = invoke("study", case, "--vary", "grid.points=16,20", "-o", tmp_path / "study", "-q")
