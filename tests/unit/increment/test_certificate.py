@@ -234,3 +234,16 @@ def test_imposed_displacements_are_checked(solved):
         (right[0], LoadControl((False, True, True), (1.1 * dx, 4.0, 1.0))),
     ):
         assert examiner.examine(solution, *wrong).certificate.load > 1e-3
+
+
+def test_cells_stick_where_nothing_moves(solved):
+    """As under a normal load alone, for which the certificate looks at no slip; a mismatch of the surfaces counts."""
+    _, examiner, solution = solved
+    still = np.zeros_like(solution.shear)
+    motion = np.zeros(6)
+    solution = replace(solution, shear=still, displacement=still, previous_displacement=still, motion=motion)
+    evidence = examiner.examine(solution, NORMAL, LoadControl((True, True, True), (0.0, 0.0, 0.0)))
+    assert (evidence.zone == np.where(solution.pressure > 0.0, Zone.STICK, Zone.OPEN)).all()
+    assert evidence.certificate.stick == evidence.certificate.slip == 0.0 == np.abs(evidence.slip).max()
+    moved = replace(solution, previous_displacement=np.full_like(still, 1e-3))
+    assert examiner.examine(moved, NORMAL, TANGENTIAL).certificate.stick > 0.1
