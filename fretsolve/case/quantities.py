@@ -32,6 +32,7 @@ from fretsolve.case.dimensions import (
     PRESSURE,
     WEAR_COEFFICIENT,
     Dimension,
+    percent,
 )
 
 _DEFINITIONS = """
@@ -213,7 +214,10 @@ def shown(value: object) -> str:
 
 @dataclass(frozen=True)
 class InUnits:
-    """Annotation of a float: read by `to_internal`, then checked. above, below: exclusive bounds; nonzero: not 0."""
+    """Annotation of a float: read by `to_internal`, then checked. above, below: exclusive bounds; nonzero: not 0.
+
+    share: a part of something, whose bounds are told in per cent.
+    """
 
     dimension: Dimension
     above: float | None = None
@@ -222,6 +226,7 @@ class InUnits:
     most: float | None = None
     nonzero: bool = False
     bare_unit: bool = False
+    share: bool = False
 
     def read(self, value: object) -> float:
         """Return the value in internal units. A validation error says what is wrong and what would be right."""
@@ -231,10 +236,19 @@ class InUnits:
                 raise _out_of_bounds(value, self.dimension)
         except QuantityError as error:
             raise refused(str(error)) from None
-        if not all(holds(number, bound) for _, _, holds, bound in self._bounds()):
-            needed = " and ".join(f"{sign} {self.dimension.shown(bound)}" for sign, _, _, bound in self._bounds())
-            raise refused(f"{shown(value)} is out of range; {self.dimension.noun} {needed} is needed")
+        if not self._allows(number):
+            write = percent if self.share else self.dimension.shown
+            needed = " and ".join(f"{sign} {write(bound)}" for sign, _, _, bound in self._bounds())
+            meant = f" (did you mean {shown(value)} %?)" if self._forgets_percent(value) else ""
+            raise refused(f"{shown(value)} is out of range; {self.dimension.noun} {needed} is needed{meant}")
         return 0.0 if abs(number) < LEAST_MAGNITUDE else number
+
+    def _allows(self, number: float) -> bool:
+        return all(holds(number, bound) for _, _, holds, bound in self._bounds())
+
+    def _forgets_percent(self, value: object) -> bool:
+        """Return whether a bare number would be allowed in per cent."""
+        return self.share and isinstance(value, int | float) and self._allows(0.01 * value)
 
     def _bounds(self) -> list[tuple[str, str, Callable[[float, float], bool], float]]:
         """Return the bounds: sign, keyword of the JSON Schema, operator, value."""

@@ -98,6 +98,11 @@ def _pressed_width(model: Model) -> float:
     return 0.0 if model.moved else 1.0 - spence_ratio(model)
 
 
+def tolerance_needed(accuracy: float) -> float:
+    """Return the tolerance to one digit that adds no error, and resolves the slip of small increments."""
+    return float(f"{min(max(1e-4 * accuracy, 1e-8), 1e-5):.0e}")
+
+
 def settled(case: Case) -> Case:
     """Return the case with the tolerance, to one digit, and the error bars of its accuracy, unless they are given.
 
@@ -106,11 +111,7 @@ def settled(case: Case) -> Case:
     solver = case.solver
     if solver.accuracy is None:
         return case
-    # Such a tolerance adds no error, and resolves the slip of small increments.
-    picked = {
-        "tolerance": float(f"{min(max(1e-4 * solver.accuracy, 1e-8), 1e-5):.0e}"),
-        "error_bars": case.wear is None,
-    }
+    picked = {"tolerance": tolerance_needed(solver.accuracy), "error_bars": case.wear is None}
     missing = {name: value for name, value in picked.items() if name not in solver.model_fields_set}
     return case.model_copy(update={"solver": solver.model_copy(update=missing)})
 

@@ -26,7 +26,7 @@ class SolverSpec(CaseModel):
     accuracy: (
         Annotated[
             float,
-            InUnits(NUMBER, least=1e-4, most=0.2),
+            InUnits(NUMBER, least=1e-4, most=0.2, share=True),
             Named(LEVELS, f"is not allowed; {', '.join(LEVELS)} or a number such as 1 %"),
         ]
         | None

@@ -126,8 +126,8 @@ def test_the_effective_case_gives_the_same_setup() -> None:
 @pytest.mark.parametrize(
     ("value", "says"),
     [
-        ("0", "0 is out of range; a number >= 0.0001 and <= 0.2 is needed"),
-        ("150 %", "'150 %' is out of range; a number >= 0.0001 and <= 0.2 is needed"),
+        ("0", "0 is out of range; a number >= 0.01 % and <= 20 % is needed"),
+        ("150 %", "'150 %' is out of range; a number >= 0.01 % and <= 20 % is needed"),
         ("-1 %", "'-1 %' is out of range"),
         ("fast", "'fast' is not allowed; draft, standard, reference or a number such as 1 % is needed"),
         ("1 mm", "'1 mm' is a length; a number such as '0.1' is needed"),

@@ -55,6 +55,12 @@ WARNINGS = {
     (UNLIKE, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
         "load_path.0.increments: 30 are fewer than the 35 that accuracy 1 % picks; leave them out to meet it"
     ),
+    ("solver={accuracy: 1 %, precision: single}", "grid.points=96"): (
+        "solver.precision: single has too few digits for accuracy 1 % in many cases; take double, or an accuracy of 2 %"
+    ),
+    ("solver={accuracy: 1 %, tolerance: 1e-5}", "grid.points=96"): (
+        "solver.tolerance: 1e-05 is looser than the 1e-06 that accuracy 1 % picks; leave it out to meet it"
+    ),
     (UNLIKE, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
 }
 
@@ -90,6 +96,11 @@ def test_no_warning_where_the_theory_does_not_apply(tmp_path: Path) -> None:
     assert case_warnings(setup_of(tmp_path, "load_path.0={P: 400 N, My: 8 N mm}", "grid.size=0.8 mm")) == []
     assert case_warnings(setup_of(tmp_path, "load_path.1={delta_x: 5 um}", "expect=[]")) == []
     assert case_warnings(setup_of(tmp_path, "load_path.1={phi_z: 1 deg}", "expect=[]")) == []
+
+
+def test_no_warning_where_digits_suffice_for_the_accuracy(tmp_path: Path) -> None:
+    for solver in ("accuracy: 2 %, precision: single", "accuracy: 1 %, tolerance: 4e-6", "accuracy: 1 %"):
+        assert case_warnings(setup_of(tmp_path, f"solver={{{solver}}}", "grid.points=96")) == []
 
 
 def test_no_warning_below_the_friction_limit(tmp_path: Path) -> None:

@@ -27,6 +27,13 @@ def test_a_name_stands_for_an_accuracy(name):
     assert SolverSpec.model_validate({"accuracy": name}).accuracy == LEVELS[name]
 
 
+@pytest.mark.parametrize("value", ["50 %", "0.001 %", 30, 0.0, -1])
+def test_values_without_a_meaning_in_per_cent_are_not_guessed(value):
+    with pytest.raises(ValidationError) as caught:
+        SolverSpec.model_validate({"accuracy": value})
+    assert "did you mean" not in str(caught.value)
+
+
 def test_single_precision_has_a_tolerance_of_its_own():
     assert SolverSpec.model_validate({"precision": "single"}).tolerance == SINGLE_TOLERANCE
     assert SolverSpec.model_validate({"precision": "single", "tolerance": 1e-5}).tolerance == 1e-5
@@ -49,8 +56,14 @@ def test_stresses_with_units():
         (
             "solver: {accuracy: 30 %}",
             "solver.accuracy",
-            "'30 %' is out of range; a number >= 0.0001 and <= 0.2 is needed",
+            "'30 %' is out of range; a number >= 0.01 % and <= 20 % is needed",
         ),
+        (
+            "solver: {accuracy: 1}",
+            "solver.accuracy",
+            "1 is out of range; a number >= 0.01 % and <= 20 % is needed (did",
+        ),
+        ("solver: {accuracy: 0.5}", "solver.accuracy", "is needed (did you mean 0.5 %?)"),
         ("solver: {max_iterations: 0}", "solver.max_iterations", "0 is too small; a whole number >= 1 is needed"),
         ("output: {fields: [pressure, gap, pressure]}", "output.fields.2", "'pressure' is named twice; once is enough"),
         ("output: {every: 2.5}", "output.every", "2.5 is not allowed; a whole number such as 10 is needed"),
