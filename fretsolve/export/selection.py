@@ -1,4 +1,4 @@
-"""Choose what of a result to show: increments with fields, ends of stages, columns above round-off."""
+"""Choose what of a result to show: increments with fields, ends of stages, columns above round-off, and their units."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fretsolve.case.history import BULK, EXTENTS, FEWEST_SPOT_CELLS
+from fretsolve.case.dimensions import smaller_unit
+from fretsolve.case.history import BULK, DISPLACEMENTS, EXTENTS, FEWEST_SPOT_CELLS
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -122,3 +123,10 @@ def round_off(result: Result, name: str) -> float:
     turn = LINE_SLOPE * radius if np.isnan(result.history["delta_z"]).all() else approach
     scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), turn / radius if radius else 0.0)
     return 1e-8 * scales.get(name, 0.0)
+
+
+def unit_for_people(result: Result, name: str) -> tuple[str, float]:
+    """Return the unit of a column of the history in a table, and the factor to it: small displacements are in um."""
+    if name not in DISPLACEMENTS:
+        return result.units(name), 1.0
+    return smaller_unit(result.units(name), float(np.nan_to_num(np.abs(result.history[name])).max(initial=0.0)))

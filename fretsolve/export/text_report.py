@@ -12,13 +12,20 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from fretsolve.case.dimensions import cell_counts, counted, in_small_unit, smaller_unit
-from fretsolve.case.history import DISPLACEMENTS, FEWEST_SPOT_CELLS, moment_sign
+from fretsolve.case.dimensions import cell_counts, counted, in_small_unit
+from fretsolve.case.history import FEWEST_SPOT_CELLS, moment_sign
 from fretsolve.errors import printable
-from fretsolve.export.selection import RESIDUALS, relevant_columns, round_off, rows_of_stick_zones, total_cost
+from fretsolve.export.selection import (
+    RESIDUALS,
+    relevant_columns,
+    round_off,
+    rows_of_stick_zones,
+    total_cost,
+    unit_for_people,
+)
 from fretsolve.export.wear_report import about_rows, has_wear, rows_of_wear, wear_totals
 from fretsolve.result import Result
-from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
+from fretsolve.result.state import ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import verdict_of, why_no_bars
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
@@ -124,13 +131,6 @@ def history_tables(
     return [_table([*fixed, *part]) for part in _split(shown, width - sum(map(_width, fixed)))]
 
 
-def unit_for_people(result: Result, name: str) -> tuple[str, float]:
-    """Return the unit of a column of the history in a table, and the factor to it: small displacements are in um."""
-    if name not in DISPLACEMENTS:
-        return result.units(name), 1.0
-    return smaller_unit(result.units(name), float(np.nan_to_num(np.abs(result.history[name])).max(initial=0.0)))
-
-
 def _cycle_tables(result: Result, width: int) -> list[Table]:
     """Return the table of cycles, or several of at most `width` characters, and that of corrected values, if any."""
     if (cycles := result.cycles) is None:
@@ -213,33 +213,12 @@ def _heading(name: str) -> tuple[str, str]:
 
 
 def _error_table(result: Result) -> list[Table]:
-    """Return a table of the last values with their estimated errors, as run and corrected, if the result has any."""
-    names = [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
-    if not result.increments or not names:
+    """Return a table of the last values with their estimated errors, if the result has any."""
+    if "P" + ERROR_SUFFIX not in result.history or not result.increments:
         return []
-    values, errors = zip(*(_last_with_error(result, name) for name in names), strict=True)
-    columns: list[TextColumn] = [("at the", "end", "", *names), ("", "as run", "", *values)]
-    columns.append(("estimated", "error", "", *errors))
-    corrected, its_errors = zip(*(_last_with_error(result, name + CORRECTED_SUFFIX) for name in names), strict=True)
-    if any(text not in ("", "unknown", value) for text, value in zip(corrected, values, strict=True)):
-        columns += [("corrected for", "increments", "", *corrected), ("estimated", "error", "", *its_errors)]
-    return [_table([*columns, ("", "units", "", *(unit_for_people(result, name)[0] for name in names))])]
+    from fretsolve.export.error_table import error_columns  # few results have error bars
 
-
-def _last_with_error(result: Result, name: str) -> tuple[str, str]:
-    """Return the last value of a column of the history and its estimated error, empty if there is no such column."""
-    if name not in result.history:
-        return "", ""
-    _, factor = unit_for_people(result, name.removesuffix(CORRECTED_SUFFIX))
-    value, error = (factor * float(result.history[column][-1]) for column in (name, name + ERROR_SUFFIX))
-    return "unknown" if math.isnan(value) else f"{value:.6g}", _error_text(value, error)
-
-
-def _error_text(value: float, error: float) -> str:
-    """Return an estimated error in two digits; 0 if it is only rounding, as of imposed loads."""
-    if not math.isfinite(error):
-        return "unknown" if math.isnan(error) else "unbounded"
-    return f"± {error:.1e}" if abs(error) > 1e-14 * abs(value) else "± 0"
+    return [_table(error_columns(result))]
 
 
 def _totals(result: Result) -> list[str]:
@@ -252,8 +231,11 @@ def _totals(result: Result) -> list[str]:
     name = max(RESIDUALS, key=lambda residual: history[residual][step])
     seconds, applications = total_cost(result)
     if "coarse_runs_wall_time" in history:
+        from fretsolve.export.error_table import about_tiny_values
+
         for_errors = float(history["coarse_runs_wall_time"].sum())
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
+        lines += about_tiny_values(result)
     lines += [unknown] if (unknown := why_no_bars(history)) else []
     reached = verdict_of(result.effective_case, history)
     lines += [] if reached is None else [str(reached)]

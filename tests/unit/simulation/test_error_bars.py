@@ -369,6 +369,25 @@ def test_corrected_values_are_shown_where_they_differ(tmp_path: Path) -> None:
     assert texts.split() in [line.split() for line in shown.splitlines()]
 
 
+def test_values_next_to_nothing_are_marked(tmp_path: Path) -> None:
+    """Bars of a torque of 2e-4 P times the radius were 4 times too small."""
+    case, out = write_case(tmp_path, COUPLED), tmp_path / "case.h5"
+
+    def marked(phi_z: float) -> tuple[list[str], str]:
+        sets = ("--set", "grid.points=24", "--set", f"load_path.1={{phi_z: {phi_z}, increments: 1}}")
+        assert invoke("run", case, "--error-bars", "--overwrite", *sets).exit_code == 0
+        lines = invoke("show", out).stdout.splitlines()
+        return [line.split()[1] for line in lines if line.startswith(" ") and "* " in line], " ".join(lines)
+
+    names, shown = marked(4e-6)
+    with open_result(out) as result:
+        assert 1e-4 < result.history["Mz"][-1] / (400.0 * result.history["contact_radius"][-1]) < 3e-4
+    assert names == ["Mz", "phi_z"]
+    assert "* below a thousandth of P times the contact radius or delta_z over the radius: next to nothing" in shown
+    names, shown = marked(1e-3)
+    assert names == [] and "next to nothing" not in shown
+
+
 def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
     assert invoke("run", write_case(tmp_path), "-q").exit_code == 0
     with open_result(tmp_path / "case.h5") as result:
