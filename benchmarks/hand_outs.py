@@ -20,7 +20,7 @@ CASE = Path(__file__).resolve().parent.parent / "cases" / "mode1_dissimilar.yaml
 FIRST, THREADS = 21, 2
 """Increments before those that count, and threads to which the parts are given."""
 
-HAND_OUT = 40e-6
+HAND_OUT = 20e-6
 """Processor time (s) of handing out a task to a second thread."""
 
 

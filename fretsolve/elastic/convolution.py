@@ -147,7 +147,7 @@ class PaddedConvolution:
                 block.forward.execute()
                 self._kernels.split_spectra(lines, spectrum[upper], spectrum[lower])
 
-        # Handed out for all fields at once, which spares a sixth of all hand-outs, of 40 us each.
+        # Handed out for all fields at once, which spares a sixth of all hand-outs, of 20 us each.
         pairs = list(zip(fields, spectra, strict=False))
         self.team.share(transform, [(*pair, part) for pair in pairs for part in self._row_parts])
 

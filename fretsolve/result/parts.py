@@ -42,6 +42,7 @@ from fretsolve.result.layout import (
     quantities_of,
 )
 from fretsolve.result.piece import RUN, Part, Piece, damage_reported, part_of
+from fretsolve.result.planes import write_planes
 from fretsolve.result.state import State
 from fretsolve.system import atomic_files
 
@@ -233,10 +234,9 @@ def _write_fields(
                     copy_chunks(piece.file["fields"][quantity.name], index, target, rank[step])
     stored = sorted((state for state in states if state.summary.step in rank), key=lambda state: state.summary.step)
     if stored:
-        # They follow each other. One call for all of them saves a fifth of the time of writing small grids.
-        first, last = (rank[state.summary.step] for state in (stored[0], stored[-1]))
         for quantity, target in targets:
-            target[first : last + 1] = np.stack([component(state, quantity) for state in stored])
+            # They follow each other.
+            write_planes(target, rank[stored[0].summary.step], (component(state, quantity) for state in stored))
     missing -= {state.summary.step for state in states}
     if missing:
         raise FileError(f"the fields of increment {min(missing)} are missing in the parts", *sources[:1])
