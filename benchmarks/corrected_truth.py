@@ -19,7 +19,7 @@ CELLS_ON_EDGE = 4.0
 def corrected_run(setup: ProblemSetup) -> list[Row]:
     """Return the values of each increment; where the slip depends on the path, 2 Q_m - Q_(m/2) for what is corrected.
 
-    The first, the third and so on of the increments keep their values as run; all do if a stage has an odd number.
+    The energy of the first stage is corrected by its own order. The first, the third and so on of the increments keep their values as run; all do if a stage has an odd number.
     """
     rows: list[Row] = [vars(state.summary) for state in fretsolve.run(setup)]
     counts = setup.load_path.counts
@@ -27,9 +27,13 @@ def corrected_run(setup: ProblemSetup) -> list[Row]:
         return rows
     half = replace(setup, load_path=setup.load_path.with_counts(tuple(count // 2 for count in counts)))
     coarse = [vars(state.summary) for state in fretsolve.run(half)]
+    energy = 0.0  # that the first stage has too much, by its order rather than by the first
     for place, row in enumerate(coarse):
         fine = 2 * place + 1  # all stages are halved
-        rows[fine] = {**rows[fine], **{name: 2.0 * rows[fine][name] - row[name] for name in CORRECTED}}
+        if fine < counts[0]:
+            energy = (rows[fine]["work_total"] - row["work_total"]) * (1.0 / (2.0**FIRST_ORDER - 1.0) - 1.0)
+        corrected = {name: 2.0 * rows[fine][name] - row[name] for name in CORRECTED}
+        rows[fine] = {**rows[fine], **corrected, "work_total": corrected["work_total"] + energy}
     return rows
 
 

@@ -6,8 +6,9 @@ They advance with the run whose errors they show, so that it can be stopped afte
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import accumulate, compress
 from operator import or_
 from typing import NamedTuple
@@ -19,8 +20,9 @@ from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.quantity_estimates import TOTAL
 from fretsolve.simulation.simulation import states_of
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import BoolArray, DoubleArray
 
 LOOSER, LOOSEST = 30.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the applications, and shifts
@@ -32,10 +34,18 @@ FEWEST_POINTS = 8
 CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 """Which of `ESTIMATED` are corrected for the number of increments."""
 
-FEWEST_HALVED, FEWEST_TURNED = 12, 4
-"""Increments of each stage that slips, from which half of them show what more would change: where the slip depends on
-the path, and where it only turns. Half take a quarter of the time of twice as many. The errors of the second order left
-in the corrected values grow fourfold, to 0.3 % of the dissipated energy in mode I.3 with 20 increments."""
+ALL = np.full(len(ESTIMATED), True)
+"""All of them."""
+
+FIRST_ORDER = 1.5
+"""Order in the number n of increments with which the energy of the first stage converges, whose loads grow in
+proportion from zero. An increment there errs by the square of its part of the load, so that all of them err by n^(-3/2)
+on a cone and by n^(-5/3) on a sphere. With 3 to 24 increments a pressed sphere shows orders of 1.4 to 1.8."""
+
+FEW, MANY = 4, 8
+"""Increments of each stage that slips, from which half of them show what more would change, and from which half and a
+quarter of them do; of less, twice as many do. Twice as many would halve the errors of the second order that are left,
+but take three times as long."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -88,44 +98,41 @@ class CoarseRun:
 
     def values_at(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point of the load path, interpolated between increments."""
-        counts = self.setup.load_path.counts
-        step = sum(counts[: point.stage]) + point.part * counts[point.stage] - 1.0
-        low, high = math.floor(step + 1e-9), math.ceil(step - 1e-9)
-        before, after = self.values(low), self.values(high)
-        return before + (step - low) * (after - before) if high > low else before
+        return at_point(self.values, self.setup.load_path, point)
+
+
+@dataclass(frozen=True)
+class CoarseCounts:
+    """Increments per stage of the coarse runs: on a third of the points, on the same ones to compare, and on half.
+
+    other: None where the number of increments does not matter.
+    """
+
+    third: tuple[int, ...]
+    other: tuple[int, ...] | None
+    half: tuple[int, ...]
 
 
 class CoarseRuns:
     """The coarse runs of a problem, and what they show together.
 
     One has a third of the points per side. Where the number of increments matters, a second one has the same points and
-    half of the increments, and so has one on half of the points. Errors of the increments are of first order in their
-    number, and about the same on all grids.
-
-    Half of few increments would tell little where the slip depends on the path. There the second run has twice as many,
-    and what it shows stands for the increments that the one on half of the points lacks.
+    other increments. The third one has half of the points. Errors of the increments are of first order in their number,
+    and about the same on all grids, which makes up for the increments that a run lacks.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
-        counts = fewer = setup.load_path.counts
-        other, slips = None, slipping_stages(setup)
+        slips = slipping_stages(setup)
         self._slips = {stage.number: slips_in for stage, slips_in in zip(setup.load_path.stages, slips, strict=True)}
-        if any(slips) and (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
-            even = not any(count % 2 for count in compress(counts, slips))
-            enough = FEWEST_HALVED if setup.load_path.path_dependent else FEWEST_TURNED
-            if min(compress(counts, slips)) >= enough:
-                other = fewer = halved(counts, slips)
-            else:  # half only if the errors of all stages grow by one factor
-                other, fewer = twice(counts), halved(counts, slips) if even else counts
-            # until something slips, one increment leads to the same state as many
-            other = tuple(count if slips_in else 1 for count, slips_in in zip(other, slips, strict=True))
         self._left_out = set[int]()
-        self.third = CoarseRun(coarser(setup, 3, counts, self._left_out), threads)
-        self.half = CoarseRun(coarser(setup, 2, fewer, self._left_out), threads)
+        self._path = setup.load_path.with_counts(setup.load_path.counts, self._left_out)
+        counts = coarse_counts(setup, slips)
+        self.third = CoarseRun(coarser(setup, 3, counts.third, self._left_out), threads)
+        self.half = CoarseRun(coarser(setup, 2, counts.half, self._left_out), threads)
         self.other_increments = None
-        if other is not None:
-            apart = tuple(max(count // asked, 1) for count, asked in zip(other, counts, strict=True))
-            self.other_increments = CoarseRun(coarser(setup, 3, other, self._left_out), threads, apart)
+        if counts.other is not None:
+            apart = tuple(max(other // asked, 1) for other, asked in zip(counts.other, counts.third, strict=True))
+            self.other_increments = CoarseRun(coarser(setup, 3, counts.other, self._left_out), threads, apart)
         self._points = math.prod(setup.grid.shape)
         self._directions = len(setup.grid.axes)
 
@@ -142,6 +149,7 @@ class CoarseRuns:
     def leave_out(self, numbers: Collection[int]) -> None:
         """Leave out the stages of these numbers, as the run does whose cycles are periodic."""
         self._left_out |= set(numbers)
+        self._path = self._path.without(self._left_out)
         for coarse in self.all:
             coarse.setup = replace(coarse.setup, load_path=coarse.setup.load_path.without(self._left_out))
 
@@ -163,35 +171,110 @@ class CoarseRuns:
                 return f"the coarse run on {cells} cells has no solution: {coarse.failure.message}"
         return None
 
+    def last_known(self, step: int) -> PathPoint:
+        """Return the last point up to the increment `step` at which the run on a third of the points has one too."""
+        first, second, share = common_points(self._path, self.third.setup.load_path, self.point(step))
+        return first if share else second
+
+    def third_at(self, point: PathPoint) -> DoubleArray:
+        """Return the values at a point on a third of the points, with as many increments as the run has."""
+        third = self.third.setup.load_path
+        found: DoubleArray = self.third.values_at(point) + self._errors(self._path, point) - self._errors(third, point)
+        return found
+
     def change_by_increments(self, step: int) -> DoubleArray:
-        """Return what infinitely many increments would add to the values at `step`, to first order."""
-        if self.other_increments is None or step < 0:
-            return np.zeros(len(ESTIMATED))
-        other = self.other_increments.setup.load_path
-        return between_common_points(self._change, self.third.setup.load_path, other, step)
+        """Return what infinitely many increments would add to the values at `step`."""
+        return -self._errors(self._path, self.point(step), ALL) if step >= 0 else np.zeros(len(ESTIMATED))
 
-    def _change(self, point: PathPoint) -> DoubleArray:
-        other = self.other_increments
-        assert other is not None  # only runs that need it ask for it
-        if not self._slips[other.setup.load_path.stages[point.stage].number]:
-            return np.zeros(len(ESTIMATED))
-        ratio = self.third.setup.load_path.counts[point.stage] / other.setup.load_path.counts[point.stage]
-        change: DoubleArray = (other.values_at(point) - self.third.values_at(point)) / (1.0 - ratio)
-        return change
+    def magnified(self, step: int) -> float:
+        """Return by how much a difference of the runs on a third of the points is multiplied for that."""
+        return abs(self._part(self._path, self.point(step).stage)) if self.other_increments is not None else 0.0
 
-    def half_less_third(self, step: int) -> DoubleArray:
-        """Return the values at `step` on half of the points less those on a third, interpolated between increments."""
-        return between_common_points(self._half_less_third, self.third.setup.load_path, self.half.setup.load_path, step)
+    def half_less_third(self, point: PathPoint) -> DoubleArray:
+        """Return the values at a point on half of the points less those on a third, with the increments of the run."""
+        return between_common_points(self._half_less_third, self._path, self.half.setup.load_path, point)
+
+    def point(self, step: int) -> PathPoint:
+        """Return the point of the load path at the end of an increment of the run."""
+        stage = next(number for number, last in enumerate(self._path.last_steps) if step <= last)
+        count = self._path.counts[stage]
+        return PathPoint(stage, (step - self._path.last_steps[stage] + count) / count)
 
     def _half_less_third(self, point: PathPoint) -> DoubleArray:
-        counts, fewer = (coarse.setup.load_path.counts for coarse in (self.third, self.half))
-        other = self.other_increments
-        if other is not None and other.setup.load_path.counts[point.stage] == fewer[point.stage]:
+        other, half, third = self.other_increments, self.half.setup.load_path, self.third.setup.load_path
+        if other is not None and other.setup.load_path.counts[point.stage] == half.counts[point.stage]:
             return self.half.values_at(point) - other.values_at(point)
-        missing = counts[point.stage] / fewer[point.stage] - 1.0
-        difference: DoubleArray = self.half.values_at(point) - self.third.values_at(point)
-        # The radii and the largest pressure change by their edges' place in the cells rather than by the increments.
-        return difference + missing * CORRECTABLE * self._change(point) if missing else difference
+        difference = self.half.values_at(point) - self.third.values_at(point)
+        found: DoubleArray = difference - self._errors(half, point) + self._errors(third, point)
+        return found
+
+    def _errors(self, path: LoadPath, point: PathPoint, which: BoolArray = CORRECTABLE) -> DoubleArray:
+        """Return the errors of as many increments as `path` has.
+
+        which: of these values. The others are radii and the largest pressure, which change by their edges' place in the
+        cells rather than by the increments.
+        """
+        if self.other_increments is None:
+            return np.zeros(len(ESTIMATED))
+        errors = between_common_points(
+            partial(self._errors_at, path), self._path, self.other_increments.setup.load_path, point
+        )
+        return np.where(which, errors, 0.0)
+
+    def _errors_at(self, path: LoadPath, point: PathPoint) -> DoubleArray:
+        """Return the errors at a point that the runs on a third of the points have in common.
+
+        They are of first order, but that of the energy of the first stage of a higher one.
+        """
+        errors: DoubleArray = self._other_less_third(point) * self._part(path, point.stage)
+        if self._slips_in(0):
+            first = self._other_less_third(PathPoint(0, 1.0) if point.stage else point)[TOTAL]
+            errors[TOTAL] += first * (self._part(path, 0, FIRST_ORDER) - self._part(path, point.stage))
+        return errors
+
+    def _other_less_third(self, point: PathPoint) -> DoubleArray:
+        assert self.other_increments is not None  # only runs that need it ask for it
+        return self.other_increments.values_at(point) - self.third.values_at(point)
+
+    def _part(self, path: LoadPath, stage: int, order: float = 1.0) -> float:
+        """Return the error of the increments of `path` over the difference of those on a third of the points."""
+        assert self.other_increments is not None
+        runs = self.other_increments.setup.load_path, self.third.setup.load_path
+        other, third = (run.counts[stage] ** -order for run in runs)
+        return float(path.counts[stage] ** -order / (other - third)) if self._slips_in(stage) else 0.0
+
+    def _slips_in(self, stage: int) -> bool:
+        """Return whether something may slip in a stage of the path."""
+        return self._slips[self._path.stages[stage].number]
+
+
+def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
+    """Return the increments of the coarse runs; slips: of each stage, whether something may slip in it.
+
+    Their number matters where the slip depends on the path, and where it turns. All stages have the same share of the
+    run's increments, since only so the errors of all of them grow by one factor.
+    """
+    counts = setup.load_path.counts
+    if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
+        return CoarseCounts(counts, None, counts)
+    slipping = list(compress(counts, slips))
+    third = half = counts
+    if min(slipping) >= MANY:
+        other = half = where(slips, [-(-count // 4) for count in counts], counts)
+        third = where(slips, [2 * count for count in other], counts)
+    elif min(slipping) >= FEW:
+        other = half = where(slips, [-(-count // 2) for count in counts], counts)
+    else:
+        other = tuple(2 * count for count in counts)
+        if not any(count % 2 for count in slipping):
+            half = where(slips, [count // 2 for count in counts], counts)
+    # until something slips, one increment leads to the same state as many
+    return CoarseCounts(third, where(slips, other, [1] * len(other)), half)
+
+
+def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> tuple[int, ...]:
+    """Return the numbers of `here` for stages that slip, and those of `there` for the others."""
+    return tuple(one if slipping else other for slipping, one, other in zip(slips, here, there, strict=True))
 
 
 def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
@@ -213,38 +296,38 @@ def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out:
     return replace(setup, case=case, grid=grid, load_path=setup.load_path.with_counts(counts, left_out))
 
 
-def twice(counts: tuple[int, ...]) -> tuple[int, ...]:
-    """Return twice as many increments per stage."""
-    return tuple(2 * count for count in counts)
+def at_point(values: Callable[[int], DoubleArray], path: LoadPath, point: PathPoint) -> DoubleArray:
+    """Return `values` of increments of `path` at a point of it, interpolated between them."""
+    step = sum(path.counts[: point.stage]) + point.part * path.counts[point.stage] - 1.0
+    low, high = around(step)
+    before = values(low)
+    return before + (step - low) * (values(high) - before) if high > low else before
 
 
-def halved(counts: tuple[int, ...], matter: tuple[bool, ...]) -> tuple[int, ...]:
-    """Return half as many increments (rounded up) in the stages that `matter`."""
-    return tuple(-(-count // 2) if whether else count for count, whether in zip(counts, matter, strict=True))
+def around(position: float) -> tuple[int, int]:
+    """Return the whole numbers below and above a position, twice the same one if it is one but for rounding."""
+    return math.floor(position + 1e-9), math.ceil(position - 1e-9)
 
 
-def common_points(fine: LoadPath, coarse: LoadPath, step: int) -> tuple[PathPoint, PathPoint, float]:
-    """Return the points around `step` of `fine` at which `coarse` has increments too, and the share between them.
+def common_points(one: LoadPath, other: LoadPath, point: PathPoint) -> tuple[PathPoint, PathPoint, float]:
+    """Return the points around `point` at which the path with fewer increments has one, and the share between them.
 
     The first may be the end of the stage before, or the start of the path (the share 0 of its first stage).
     """
-    ends = fine.last_steps
-    stage = next(number for number, last in enumerate(ends) if step <= last)
-    count = fine.counts[stage]
-    common = min(count, coarse.counts[stage])
-    position = (step - ends[stage] + count) * common / count
-    low, high = math.floor(position + 1e-9), math.ceil(position - 1e-9)
+    stage, part = point
+    common = min(one.counts[stage], other.counts[stage])
+    low, high = around(part * common)
     first = PathPoint(stage - 1, 1.0) if stage and not low else PathPoint(stage, low / common)
-    return first, PathPoint(stage, high / common), position - low
+    return first, PathPoint(stage, high / common), part * common - low if high > low else 0.0
 
 
 def between_common_points(
-    value: Callable[[PathPoint], DoubleArray], fine: LoadPath, coarse: LoadPath, step: int
+    value: Callable[[PathPoint], DoubleArray], one: LoadPath, other: LoadPath, point: PathPoint
 ) -> DoubleArray:
-    """Return `value` at `step` of `fine`, interpolated between the points at which `coarse` has increments too."""
-    first, second, share = common_points(fine, coarse, step)
+    """Return `value` at a point, interpolated between those at which the path with fewer increments has one."""
+    first, second, share = common_points(one, other, point)
     end = value(second)
-    if share == 0.0 or share == 1.0:
+    if not share:
         return end
     start = value(first)
     return start + share * (end - start)

@@ -20,7 +20,7 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, values_of
+from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, at_point, values_of
 from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
@@ -102,7 +102,7 @@ class ErrorBars:
             self._follow(self._path.followed(history))
             # Catch up now: the cost of the increments that are there already is not that of the next one.
             self._runs.change_by_increments(history[-1].step)
-            self._runs.half_less_third(history[-1].step)
+            self._runs.half_less_third(self._runs.point(history[-1].step))
 
     @property
     def failure(self) -> str | None:
@@ -120,8 +120,8 @@ class ErrorBars:
         safety, corrected_safety = self._safety_at(summary.step)
         left = np.where(imposed, safety, corrected_safety) * change
         linked = np.where(imposed, 0.0, self._linked(change))
-        # The change is twice a difference, which holds the errors of the coarse runs' iteration.
-        unsolved = 2.0 * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
+        # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
+        unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
         errors = np.linalg.norm([others, safety * change, linked], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, linked], axis=0)
         change[imposed] = 0.0
@@ -161,17 +161,36 @@ class ErrorBars:
     def _cells(self, state: State, imposed: BoolArray) -> DoubleArray:
         """Return the error of the discretisation."""
         summary = state.summary
-        from_third = values_of(summary) - self._runs.third.values(summary.step)
-        from_half = from_third - self._runs.half_less_third(summary.step)
         smooth = not (self._least_errors.ends or self._setup.case.friction_varies)
         orders = (SMOOTH_ORDER if smooth else ORDER).copy()
         orders[[WORK, TOTAL]] += 0.0 if self._setup.model.coupled else LIKE_BODIES
-        half = from_half / (self._finer[0] ** orders - 1.0)
-        third = from_third / (self._finer[1] ** orders - 1.0)
+        less_half, less_third = self._finer[0] ** orders - 1.0, self._finer[1] ** orders - 1.0
+        apart = less_third - less_half  # 0 where both have as few points as a coarse run may have
+        over = np.divide(less_third, apart, out=np.zeros_like(apart), where=apart > 0.0)
+        from_third, half_less_third = self._from_third(summary.step, over)
+        half = (from_third - half_less_third) / less_half
+        third = from_third / less_third
         least = self._least_errors.values(state, self._largest, self._shear_path)
         least[imposed] = 0.0
         found: DoubleArray = np.linalg.norm([half, third, least], axis=0)
         return found
+
+    def _from_third(self, step: int, over_half_less_third: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
+        """Return the run's values less those on a third of the points, and those on half less those on a third.
+
+        over_half_less_third: ratio of the two by the orders. After the last increment that the run on a third of the
+        points has too, the difference is taken to change by as much of the other one, which is known at all increments.
+        """
+        here, known = self._runs.point(step), self._runs.last_known(step)
+        from_third = at_point(self._run_values, self._path, known) - self._runs.third_at(known)
+        half_less_third = self._runs.half_less_third(here)
+        if known != here:
+            from_third += over_half_less_third * (half_less_third - self._runs.half_less_third(known))
+        return from_third, half_less_third
+
+    def _run_values(self, step: int) -> DoubleArray:
+        """Return the run's values after `step`, zeros before the first one."""
+        return values_of(self._summaries[step]) if step >= 0 else np.zeros(len(ESTIMATED))
 
     def _change_by_increments(self, step: int) -> DoubleArray:
         """Return what infinitely many increments would add to the values, to first order."""
