@@ -9,6 +9,7 @@ import fretsolve
 from fretsolve.model.edges import rounding
 from fretsolve.result.state import CORRECTED
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.coarse_runs import FIRST_ORDER
 
 Row = Mapping[str, float]
 
@@ -19,7 +20,8 @@ CELLS_ON_EDGE = 4.0
 def corrected_run(setup: ProblemSetup) -> list[Row]:
     """Return the values of each increment; where the slip depends on the path, 2 Q_m - Q_(m/2) for what is corrected.
 
-    The energy of the first stage is corrected by its own order. The first, the third and so on of the increments keep their values as run; all do if a stage has an odd number.
+    The energy of the first stage is corrected by its own order. The first, the third and so on of the increments keep
+    their values as run; all do if a stage has an odd number.
     """
     rows: list[Row] = [vars(state.summary) for state in fretsolve.run(setup)]
     counts = setup.load_path.counts

@@ -299,7 +299,7 @@ def test_differences_between_increments_of_a_coarse_run_follow_the_other_grid() 
 
 @pytest.mark.parametrize("count", [6, 12])
 def test_energy_of_the_first_stage_is_corrected_by_its_own_order(count: int) -> None:
-    """On the coarse grid itself: a fifth of the error of the increments is left, of the first order 0.4 to 0.7 would."""
+    """On the coarse grid itself: a fifth of the error of the increments is left at most, by the first order more."""
     path = [{"P": 400, "increments": count}]
     setup = set_up(build(grid={"points": 72, "size": 0.8}, bodies=DISSIMILAR, friction=0.1, load_path=path))
     runs, place = CoarseRuns(setup, 1), ESTIMATED.index("work_total")
