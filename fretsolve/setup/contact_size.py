@@ -31,10 +31,10 @@ COUPLED_LINE_MARGIN = 1.5
 """Side over the width of a line contact that shear moves."""
 
 FEWEST_COARSE_POINTS, COARSENED, FREE_COARSE_CELLS = 8, 3, 1.0
-"""Points per side of the coarsest run for error bars, at least, and by what they are fewer than those of the run; cells
-of that grid to leave free on each side of the contact. With 0.67 of them, which AREA_MARGIN leaves, a coarse run found
-no solution in 28 of 140 contacts on 16 points (twelve surfaces, like and unlike bodies, pressed alone and sheared to
-0.9 of mu P), with 1 in none of them."""
+"""Points per side of the coarsest run for error bars, at least, since with fewer a contact has no inside; by what they
+are fewer than those of the run; and cells of that grid to leave free on each side of the contact. With 0.67 of them,
+which AREA_MARGIN leaves, a coarse run found no solution in 28 of 140 contacts on 16 points (twelve surfaces, like and
+unlike bodies, pressed alone and sheared to 0.9 of mu P), with 1 in none of them."""
 
 TRIAL_POINTS, TRIAL_LINE_POINTS, TRIAL_TOLERANCE, MOST_TRIALS = 48, 96, 1e-3, 60
 FILLED = (0.55, 0.95)

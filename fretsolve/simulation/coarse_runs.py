@@ -19,6 +19,7 @@ from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
+from fretsolve.setup.contact_size import COARSENED, FEWEST_COARSE_POINTS
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.quantity_estimates import TOTAL
 from fretsolve.simulation.simulation import states_of
@@ -27,9 +28,6 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 LOOSER, LOOSEST = 30.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the applications, and shifts
 corrections by some 1e-5 of the value (mode I.3, 48 x 48 cells), well below the differences of interest."""
-
-FEWEST_POINTS = 8
-"""Points per side of a coarse run, at least. With fewer, a contact has no inside."""
 
 CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 """Which of `ESTIMATED` are corrected for the number of increments."""
@@ -127,12 +125,12 @@ class CoarseRuns:
         self._left_out = set[int]()
         self._path = setup.load_path.with_counts(setup.load_path.counts, self._left_out)
         counts = coarse_counts(setup, slips)
-        self.third = CoarseRun(coarser(setup, 3, counts.third, self._left_out), threads)
+        self.third = CoarseRun(coarser(setup, COARSENED, counts.third, self._left_out), threads)
         self.half = CoarseRun(coarser(setup, 2, counts.half, self._left_out), threads)
         self.other_increments = None
         if counts.other is not None:
             apart = tuple(max(other // asked, 1) for other, asked in zip(counts.other, counts.third, strict=True))
-            self.other_increments = CoarseRun(coarser(setup, 3, counts.other, self._left_out), threads, apart)
+            self.other_increments = CoarseRun(coarser(setup, COARSENED, counts.other, self._left_out), threads, apart)
         self._points = math.prod(setup.grid.shape)
         self._directions = len(setup.grid.axes)
 
@@ -288,7 +286,7 @@ def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out:
 
     left_out: see `LoadPath.with_counts`.
     """
-    nx, ny = (max(min(points, FEWEST_POINTS), -(-points // factor)) for points in setup.grid.shape)
+    nx, ny = (max(min(points, FEWEST_COARSE_POINTS), -(-points // factor)) for points in setup.grid.shape)
     grid = setup.grid.cut_into(nx, ny)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))

@@ -17,7 +17,7 @@ from fretsolve.setup.contact_size import (
     room_for_coarse_runs,
 )
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.coarse_runs import FEWEST_POINTS, coarser
+from fretsolve.simulation.coarse_runs import coarser
 from fretsolve.simulation.error_bars import run_with_error_bars
 from fretsolve.simulation.simulation import run
 
@@ -147,4 +147,3 @@ def test_room_is_for_the_coarsest_of_the_coarse_runs():
     for points in (16, 30, 47):
         coarse = coarser(set_up(build(grid={"points": points})), COARSENED, (1,))
         assert coarse.grid.nx == max(math.ceil(points / COARSENED), FEWEST_COARSE_POINTS)
-    assert FEWEST_COARSE_POINTS == FEWEST_POINTS
