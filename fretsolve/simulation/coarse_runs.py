@@ -180,9 +180,12 @@ class CoarseRuns:
         found: DoubleArray = self.third.values_at(point) + self._errors(self._path, point) - self._errors(third, point)
         return found
 
-    def change_by_increments(self, step: int) -> DoubleArray:
-        """Return what infinitely many increments would add to the values at `step`."""
-        return -self._errors(self._path, self.point(step), ALL) if step >= 0 else np.zeros(len(ESTIMATED))
+    def change_by_increments(self, step: int, order: float = FIRST_ORDER) -> DoubleArray:
+        """Return what infinitely many increments would add to the values at `step`.
+
+        order: with which the energy of the first stage converges.
+        """
+        return -self._errors(self._path, self.point(step), ALL, order) if step >= 0 else np.zeros(len(ESTIMATED))
 
     def magnified(self, step: int) -> float:
         """Return by how much a difference of the runs on a third of the points is multiplied for that."""
@@ -206,28 +209,30 @@ class CoarseRuns:
         found: DoubleArray = difference - self._errors(half, point) + self._errors(third, point)
         return found
 
-    def _errors(self, path: LoadPath, point: PathPoint, which: BoolArray = CORRECTABLE) -> DoubleArray:
+    def _errors(
+        self, path: LoadPath, point: PathPoint, which: BoolArray = CORRECTABLE, order: float = FIRST_ORDER
+    ) -> DoubleArray:
         """Return the errors of as many increments as `path` has.
 
         which: of these values. The others are radii and the largest pressure, which change by their edges' place in the
-        cells rather than by the increments.
+        cells rather than by the increments. order: that of the energy of the first stage.
         """
         if self.other_increments is None:
             return np.zeros(len(ESTIMATED))
         errors = between_common_points(
-            partial(self._errors_at, path), self._path, self.other_increments.setup.load_path, point
+            partial(self._errors_at, path, order), self._path, self.other_increments.setup.load_path, point
         )
         return np.where(which, errors, 0.0)
 
-    def _errors_at(self, path: LoadPath, point: PathPoint) -> DoubleArray:
+    def _errors_at(self, path: LoadPath, order: float, point: PathPoint) -> DoubleArray:
         """Return the errors at a point that the runs on a third of the points have in common.
 
-        They are of first order, but that of the energy of the first stage of a higher one.
+        They are of first order, but that of the energy of the first stage of another `order`.
         """
         errors: DoubleArray = self._other_less_third(point) * self._part(path, point.stage)
         if self._slips_in(0):
             first = self._other_less_third(PathPoint(0, 1.0) if point.stage else point)[TOTAL]
-            errors[TOTAL] += first * (self._part(path, 0, FIRST_ORDER) - self._part(path, point.stage))
+            errors[TOTAL] += first * (self._part(path, 0, order) - self._part(path, point.stage))
         return errors
 
     def _other_less_third(self, point: PathPoint) -> DoubleArray:

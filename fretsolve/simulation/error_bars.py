@@ -20,7 +20,7 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import CORRECTABLE, CoarseRuns, at_point, values_of
+from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, at_point, values_of
 from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
@@ -116,13 +116,15 @@ class ErrorBars:
         values, imposed, scales = values_of(summary), self._imposed(summary.step), self._scales(summary)
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
         others = np.hypot(self._cells(state, imposed), residuals * scales)
-        change = self._change_by_increments(summary.step)
+        change = self._change_by_increments(summary.step, FIRST_ORDER)
+        # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
+        most = self._change_by_increments(summary.step, 1.0)
         safety, corrected_safety = self._safety_at(summary.step)
-        left = np.where(imposed, safety, corrected_safety) * change
-        linked = np.where(imposed, 0.0, self._linked(change))
+        left = np.where(imposed, safety, corrected_safety) * most
+        linked = np.where(imposed, 0.0, self._linked(most))
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, safety * change, linked], axis=0)
+        errors = np.linalg.norm([others, safety * most, linked], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, linked], axis=0)
         change[imposed] = 0.0
         self._follow(self._path.after(self._summaries))
@@ -192,10 +194,10 @@ class ErrorBars:
         """Return the run's values after `step`, zeros before the first one."""
         return values_of(self._summaries[step]) if step >= 0 else np.zeros(len(ESTIMATED))
 
-    def _change_by_increments(self, step: int) -> DoubleArray:
-        """Return what infinitely many increments would add to the values, to first order."""
-        change = self._runs.change_by_increments(step)
-        change[WORK] = change[TOTAL] - self._runs.change_by_increments(step - 1)[TOTAL]
+    def _change_by_increments(self, step: int, order: float) -> DoubleArray:
+        """Return what infinitely many increments would add to the values; order: of the energy of the first stage."""
+        change = self._runs.change_by_increments(step, order)
+        change[WORK] = change[TOTAL] - self._runs.change_by_increments(step - 1, order)[TOTAL]
         return change
 
     def _safety_at(self, step: int) -> tuple[DoubleArray, DoubleArray]:
