@@ -20,8 +20,9 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, at_point, values_of
+from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
 from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
     LINKED,

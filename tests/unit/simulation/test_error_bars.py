@@ -23,9 +23,10 @@ from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
-from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, PathPoint, coarser, common_points, values_of
+from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, coarser, values_of
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
 from fretsolve.simulation.least_errors import UNSEEN_STICK
+from fretsolve.simulation.path_points import PathPoint, common_points
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""
