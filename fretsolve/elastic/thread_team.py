@@ -70,8 +70,11 @@ class ThreadTeam:
             take(0)
         finally:
             errors = [error for _ in others if (error := ended.get()) is not None]
-        if errors:
-            raise errors[0]
+        try:
+            if errors:
+                raise errors[0]
+        finally:
+            del errors  # else the error would hold this call, and with it the fields of `work`
 
     def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[ComplexArray]:
         """Return `count` arrays that are valid until the next call. They are not cleared."""

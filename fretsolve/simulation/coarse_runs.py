@@ -38,7 +38,8 @@ ALL = np.full(len(ESTIMATED), True)
 FIRST_ORDER = 1.5
 """Order in the number n of increments with which the energy of the first stage converges, whose loads grow in
 proportion from zero. An increment there errs by the square of its part of the load, so that all of them err by n^(-3/2)
-on a cone and by n^(-5/3) on a sphere. With 3 to 24 increments a pressed sphere shows orders of 1.4 to 1.8."""
+on a cone and by n^(-5/3) on a sphere. With 3 to 24 equal increments a pressed sphere shows orders of 1.4 to
+1.7, and graded ones 1.4 to 2.3, whose energy it so corrects by too much, though by less than the first order would."""
 
 FEW, MANY = 4, 8
 """Increments of each stage that slips, from which half of them show what more would change, and from which half and a
@@ -248,7 +249,7 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
     """Return the increments of the coarse runs; slips: of each stage, whether something may slip in it.
 
     Their number matters where the slip depends on the path, and where it turns. All stages have the same share of the
-    run's increments, since only so the errors of all of them grow by one factor.
+    run's increments, but for rounding, since only so the errors of all of them grow by one factor.
     """
     counts = setup.load_path.counts
     if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):

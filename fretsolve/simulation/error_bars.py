@@ -170,7 +170,7 @@ class ErrorBars:
         less_half, less_third = self._finer[0] ** orders - 1.0, self._finer[1] ** orders - 1.0
         apart = less_third - less_half  # 0 where both have as few points as a coarse run may have
         over = np.divide(less_third, apart, out=np.zeros_like(apart), where=apart > 0.0)
-        from_third, half_less_third = self._from_third(summary.step, over)
+        from_third, half_less_third = self._differences(summary.step, over)
         half = (from_third - half_less_third) / less_half
         third = from_third / less_third
         least = self._least_errors.values(state, self._largest, self._shear_path)
@@ -178,13 +178,27 @@ class ErrorBars:
         found: DoubleArray = np.linalg.norm([half, third, least], axis=0)
         return found
 
+    def _differences(self, step: int, over: DoubleArray) -> DoubleArray:
+        """Return the differences of `_from_third`, (2, values).
+
+        Those of the energy of an increment are of what is dissipated up to its ends: coarse increments are longer.
+        """
+        found = np.array(self._from_third(step, over))
+        found[:, WORK] = found[:, TOTAL]
+        if step:
+            found[:, WORK] -= np.array(self._from_third(step - 1, over))[:, TOTAL]
+        return found
+
     def _from_third(self, step: int, over_half_less_third: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
         """Return the run's values less those on a third of the points, and those on half less those on a third.
 
         over_half_less_third: ratio of the two by the orders. After the last increment that the run on a third of the
-        points has too, the difference is taken to change by as much of the other one, which is known at all increments.
+        points has too, the difference is taken to change by as much of the other one, which is known at all increments;
+        where that is none, as both have the same points, values on a third of the points are interpolated.
         """
         here, known = self._runs.point(step), self._runs.last_known(step)
+        if not over_half_less_third.any():
+            known = here
         from_third = at_point(self._run_values, self._path, known) - self._runs.third_at(known)
         half_less_third = self._runs.half_less_third(here)
         if known != here:

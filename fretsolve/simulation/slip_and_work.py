@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.rounding import TINY
 from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import Fields, Zone
@@ -96,7 +95,7 @@ def mean_pressure(before: FloatArray, after: FloatArray) -> FloatArray:
     """Return the mean over an increment of a pressure whose square changes linearly, of the arrays' shape."""
     mean: FloatArray = before + after
     product = before * after  # 0 where both are
-    product /= np.maximum(mean, TINY)
+    product /= np.maximum(mean, np.finfo(mean.dtype).tiny)
     mean -= product
     mean *= 2.0 / 3.0
     return mean

@@ -167,17 +167,19 @@ class TangentialSolver:
     def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:
         """Let cells new in contact slip like their neighbours: they lie at the contact's edge, where cells slip.
 
-        Those at the edge of the grid, which no contact may reach, are left alone.
+        Those at the edge of the grid, which no contact may reach, are left alone. A line has one column of cells.
         """
         fresh = shear[0] == 0.0
         fresh &= shear[1] == 0.0
         fresh &= self._contact
-        fresh[[0, -1]] = fresh[:, [0, -1]] = False
+        columns = range(-1, 2) if fresh.shape[1] > 1 else range(1)
+        fresh[[0, -1]] = False
+        if len(columns) > 1:
+            fresh[:, [0, -1]] = False
         if not 0 < np.count_nonzero(fresh) < np.count_nonzero(self._contact):
             return
         row, column = np.nonzero(fresh)
-        steps = range(-1, 2)
-        around = sum((shear[:, row + i, column + j] for i in steps for j in steps), np.zeros((2, row.size)))
+        around = sum((shear[:, row + i, column + j] for i in range(-1, 2) for j in columns), np.zeros((2, row.size)))
         length = np.hypot(around[0], around[1])
         moved = length > 0.0
         row, column = row[moved], column[moved]

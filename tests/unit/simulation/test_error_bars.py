@@ -23,7 +23,7 @@ from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
-from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, coarser, values_of
+from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, coarser
 from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
 from fretsolve.simulation.least_errors import UNSEEN_STICK
 from fretsolve.simulation.path_points import PathPoint, common_points
@@ -282,20 +282,28 @@ def test_coarse_runs_stand_for_some_with_all_increments(
         assert abs(runs.half_less_third(point)[place] - (of_half - of_third)[place]) < 0.05 * values[place], name
 
 
-def test_differences_between_increments_of_a_coarse_run_follow_the_other_grid() -> None:
-    """Between them the run's difference from it is within a tenth of that from a coarse run with all increments."""
-    path = [{"P": 400, "increments": 8}, {"Qx": 30, "increments": 8}]
-    setup = setup_of(48, bodies=DISSIMILAR, load_path=path)
-    runs, all_of_them = CoarseRuns(setup, 1), CoarseRun(coarser(setup, 3, setup.load_path.counts), 1)
-    bars, place = ErrorBars(setup), ESTIMATED.index("delta_x")
+def test_differences_of_the_energies_of_increments_add_up() -> None:
+    """Coarse increments are longer, so that theirs are not those of the run's increments."""
+    setup = setup_of(36, bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 8}, {"Qx": 30, "increments": 8}])
+    bars, over = ErrorBars(setup), np.full(len(ESTIMATED), 1.7)
+    found = []
     for state in run(setup):
         bars.of(state)
-        step = state.summary.step
-        if step in (12, 14):
-            assert runs.last_known(step) == runs.point(step - 1)
-            found = bars._from_third(step, np.full(len(ESTIMATED), 1.7))[0][place]
-            exact = (values_of(state.summary) - all_of_them.values(step))[place]
-            assert abs(found - exact) < 0.01 * abs(state.summary.delta_x)
+        found.append(bars._differences(state.summary.step, over))
+    work, total = ESTIMATED.index("work"), ESTIMATED.index("work_total")
+    assert abs(found[-1][:, total]).min() > 0.0
+    np.testing.assert_allclose(np.sum(found, axis=0)[:, work], found[-1][:, total], rtol=1e-9)
+
+
+def test_equal_coarse_grids_show_each_increment() -> None:
+    """On 16 points both have 8: between their increments the values are interpolated, and none is left out."""
+    setup = setup_of(16, bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 8}])
+    bars, place = ErrorBars(setup), ESTIMATED.index("delta_z")
+    found = []
+    for state in run(setup):
+        bars.of(state)
+        found.append(bars._differences(state.summary.step, np.zeros(len(ESTIMATED)))[0][place])
+    assert len(set(found)) == 8 and 0.0 not in found
 
 
 @pytest.mark.parametrize("count", [6, 12])
