@@ -1,7 +1,7 @@
 """Bodies pressed together without friction: sphere, ellipsoid, cylinder, cone and flat punch.
 
-Sources: Johnson, Contact Mechanics (1985), chapters 3 and 4; Love (1939); Boussinesq (1885); Carlson's integrals as in
-DLMF chapter 19. Every function raises ValueError outside its stated range.
+Sources: Johnson, Contact Mechanics (1985), chapters 3 and 4; Love (1939); Boussinesq (1885). Every function raises
+ValueError outside its stated range.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fretsolve.reference.elliptic import complete_integral, growing_root
 from fretsolve.system.arrays import DoubleArray
 
 
@@ -77,30 +78,27 @@ def hertz_sphere_at(delta_z: float, radius: float, contact_modulus: float) -> He
 def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulus: float) -> HertzContact:
     """Return the contact at `load` > 0 for the separation x^2/2Rx + y^2/2Ry, radii > 0; Johnson, section 4.2.
 
-    With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s R_D(0, k'^2, 1) and
-    1/2R_b = s R_D(0, 1, k'^2), s = p0 b/3E* a^2, where Carlson's R_D are the complete integrals (K - E)/k^2 and
-    (E/k'^2 - K)/k^2 of Johnson. Their ratio gives k'. The approach is (p0 b/E*) K(k).
+    With k' = b/a, the shorter over the longer semi-axis, the curvatures are 1/2R_a = s D and 1/2R_b = s B/k'^2,
+    s = p0 b/E* a^2, with the complete integrals D = (K - E)/k^2 and B = (E - k'^2 K)/k^2 of Johnson. Their ratio gives
+    k'. The approach is (p0 b/E*) K(k).
     """
-    from scipy.optimize import brentq
-    from scipy.special import ellipkm1, elliprd
-
     _require(min(load, radius_x, radius_y, contact_modulus) > 0.0, "load, radii and modulus must be positive")
     long_radius, short_radius = max(radius_x, radius_y), min(radius_x, radius_y)
 
     def mismatch(log_axis_ratio: float) -> float:
-        square = math.exp(2.0 * log_axis_ratio)
-        curvature_ratio = elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)
-        return math.log(curvature_ratio) - math.log(long_radius / short_radius)
+        ratio = math.exp(log_axis_ratio)
+        curvature_ratio = complete_integral(ratio, sine=0.0) / complete_integral(ratio, cosine=0.0) / ratio**2
+        return math.log(long_radius / short_radius) - math.log(curvature_ratio)
 
     # b/a lies between R_b/R_a and 1: near (R_b/R_a)^(2/3) for a nearly round ellipse, larger for a slim one
     lowest = math.log(short_radius / long_radius)
-    ratio = math.exp(brentq(mismatch, lowest, 0.0, xtol=1e-15, rtol=1e-15)) if lowest < 0.0 else 1.0
-    a = math.cbrt(load * long_radius * elliprd(0.0, ratio**2, 1.0) / (math.pi * contact_modulus))
+    ratio = math.exp(growing_root(mismatch, lowest, 0.0)) if lowest < 0.0 else 1.0
+    a = math.cbrt(3.0 * load * long_radius * complete_integral(ratio, cosine=0.0) / (math.pi * contact_modulus))
     b = ratio * a
     p0 = 1.5 * load / (math.pi * a * b)
-    delta_z = p0 * b / contact_modulus * ellipkm1(ratio**2)
+    delta_z = p0 * b / contact_modulus * complete_integral(ratio)
     semi_axes = (a, b) if radius_x >= radius_y else (b, a)
-    return HertzContact(load, semi_axes, p0, float(delta_z), (radius_x, radius_y))
+    return HertzContact(load, semi_axes, p0, delta_z, (radius_x, radius_y))
 
 
 def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from fretsolve.reference.elliptic import growing_root, modulus
 from fretsolve.system.arrays import DoubleArray
 
 NEAREST_ANGLE = 1e-9
@@ -88,15 +89,13 @@ class RoundedPunch:
     @property
     def edge_angle(self) -> float:
         """The angle f0, from the load; the contact is a = flat/sin f0."""
-        from scipy.optimize import brentq
-
         wanted = 4.0 * self.load * self.radius / (self.contact_modulus * self.flat**2)
 
         # With f0 = pi/2 - g the load is (2 g - sin 2 g)/cos^2 g, which grows from 0 to infinity.
         def excess(g: float) -> float:
             return _less_sine(2.0 * g) - wanted * math.cos(g) ** 2
 
-        return 0.5 * math.pi - float(brentq(excess, 0.0, 0.5 * math.pi, xtol=1e-15, rtol=1e-15))
+        return 0.5 * math.pi - growing_root(excess, 0.0, 0.5 * math.pi)
 
     @property
     def half_width(self) -> float:
@@ -202,24 +201,6 @@ def pressed_stick_ratio(friction: float, dundurs_constant: float) -> float:
 
     K(c/a)/K(sqrt(1 - c^2/a^2)) = mu/abs(beta), K of the modulus, where shear does not act on the pressure (one-way).
     """
-    from scipy.optimize import brentq
-    from scipy.special import ellipkm1
-
     if dundurs_constant == 0.0:
         return 1.0
-    if friction <= 0.0:
-        return 0.0
-    wanted = friction / abs(dundurs_constant)
-
-    # g = ln(c/a) - ln(c'/a), c' = sqrt(a^2 - c^2): the ratio grows from 0 to infinity with it, and is 1 at 0
-    def excess(g: float) -> float:
-        square = 1.0 / (1.0 + math.exp(-2.0 * g))  # (c/a)^2
-        complement = 1.0 / (1.0 + math.exp(2.0 * g))
-        return math.log(float(ellipkm1(complement)) / float(ellipkm1(square))) - math.log(wanted)
-
-    if excess(-340.0) > 0.0:
-        return 0.0
-    if excess(340.0) < 0.0:
-        return 1.0
-    g = float(brentq(excess, -340.0, 340.0, xtol=1e-13, rtol=1e-13))
-    return math.exp(-0.5 * math.log1p(math.exp(-2.0 * g))) if g > -300.0 else math.exp(g)
+    return modulus(friction / abs(dundurs_constant)) if friction > 0.0 else 0.0

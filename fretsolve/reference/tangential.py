@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fretsolve.reference.elliptic import complete_integral, growing_root
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.system.arrays import DoubleArray
 
@@ -188,9 +189,6 @@ def spence_stick_ratio(friction: float, dundurs_constant: float) -> float:
 
     Root of (a/2c) ln((a + c)/(a - c)) = (mu/|beta|) K(sqrt(1 - c^2/a^2)): 1 for beta = 0, 0 for mu = 0.
     """
-    from scipy.optimize import brentq
-    from scipy.special import ellipkm1
-
     if friction < 0.0:
         raise ValueError("the friction coefficient must not be negative")
     if dundurs_constant == 0.0:
@@ -201,11 +199,11 @@ def spence_stick_ratio(friction: float, dundurs_constant: float) -> float:
 
     def mismatch(log_v: float) -> float:
         v = math.exp(log_v)  # c/a = tanh v, so that the left side is v/tanh v
-        return v / math.tanh(v) - ratio * float(ellipkm1(math.tanh(v) ** 2))
+        return v / math.tanh(v) - ratio * complete_integral(math.tanh(v))
 
     # K falls with v, and v < v/tanh v: a root above 1 lies below the right side's value at v = 1
-    upper = max(1.0, ratio * float(ellipkm1(math.tanh(1.0) ** 2)))
-    return math.tanh(math.exp(brentq(mismatch, math.log(1e-11), math.log(upper), xtol=1e-15, rtol=1e-15)))
+    upper = max(1.0, ratio * complete_integral(math.tanh(1.0)))
+    return math.tanh(math.exp(growing_root(mismatch, math.log(1e-11), math.log(upper))))
 
 
 def _one_minus_power(fraction: float, exponent: float) -> float:

@@ -75,3 +75,23 @@ def test_a_short_run_does_not_import_numba(installed):
         print(len(list(run(case))), "numba" in sys.modules, "scipy" in sys.modules)"""
     child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert child.stdout.split() == ["1", "False", "False"]
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]",
+        "surface={ellipsoid: {radius_x: 10 mm, radius_y: 14 mm}}",
+    ],
+)
+def test_a_short_run_with_error_bars_does_not_import_scipy(installed, override):
+    code = f"""if True:
+        import sys
+        from fretsolve import load_case, run_with_error_bars
+        case = load_case(
+            "cases/mode1_similar.yaml",
+            ["grid.points=32", "expect=[]", "load_path=[{{P: 400, increments: 1}}]", {override!r}],
+        )
+        print(len(list(run_with_error_bars(case))), *(name for name in sys.modules if name.startswith("scipy")))"""
+    child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert child.stdout.split() == ["1"]
