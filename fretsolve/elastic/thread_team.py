@@ -20,10 +20,37 @@ ALIGNMENT = 64
 
 Item = TypeVar("Item")
 
-Ended: TypeAlias = "SimpleQueue[BaseException | None]"
-"""Takes what a call has raised, or None, once it has ended."""
 
-Calls: TypeAlias = "SimpleQueue[tuple[Callable[[int], None], int, Ended] | None]"
+class _Ended:
+    """The calls of a task that have ended."""
+
+    def __init__(self) -> None:
+        self._errors: list[BaseException | None] = []
+        self._news: SimpleQueue[None] = SimpleQueue()
+
+    def add(self, error: BaseException | None) -> None:
+        """Add a call with what it has raised."""
+        self._errors.append(error)
+        self._news.put(None)
+
+    def errors(self, count: int) -> list[BaseException]:
+        """Wait until `count` calls have ended; return what they have raised.
+
+        An interrupt is raised only then: until then the calls write to the caller's arrays. Calls are counted by the
+        list, because an interrupt may take a piece of news with it.
+        """
+        interrupt: BaseException | None = None
+        while len(self._errors) < count:
+            try:
+                self._news.get()
+            except BaseException as raised:
+                interrupt = raised
+        if interrupt is not None:
+            raise interrupt
+        return [error for error in self._errors if error is not None]
+
+
+Calls: TypeAlias = "SimpleQueue[tuple[Callable[[int], None], int, _Ended] | None]"
 """Hands calls with the number of a member to a thread; None ends the thread."""
 
 
@@ -46,7 +73,8 @@ class ThreadTeam:
     def share(self, work: Callable[[int, Item], None], parts: Sequence[Item]) -> None:
         """Call ``work(member, part)`` for all parts; each member works on one part at a time.
 
-        Raises what `work` raises, once all members have ended. `work` must not call `share`: it would wait for ever.
+        Raises what `work` raises, or an interrupt, once all members have ended. `work` must not call `share`: it would
+        wait for ever.
         """
         if self._calls is None:
             for part in parts:
@@ -62,19 +90,19 @@ class ThreadTeam:
                 work(member, part)
 
         # Queues of its own hand a call out in 12 to 20 us of processor time. An executor took twice to four times that.
-        ended: Ended = SimpleQueue()
-        others = self.members(parts)[1:]
-        for member in others:
-            self._calls.put((take, member, ended))
+        ended, others, handed_out = _Ended(), self.members(parts)[1:], 0
         try:
+            for member in others:
+                self._calls.put((take, member, ended))
+                handed_out += 1
             take(0)
         finally:
-            errors = [error for _ in others if (error := ended.get()) is not None]
+            errors = ended.errors(handed_out)
         try:
             if errors:
                 raise errors[0]
         finally:
-            del errors  # else the error would hold this call, and with it the fields of `work`
+            del errors, ended  # else the error would hold this call, and with it the fields of `work`
 
     def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[ComplexArray]:
         """Return `count` arrays that are valid until the next call. They are not cleared."""
@@ -106,7 +134,7 @@ def _work(calls: Calls) -> None:
         try:
             work(member)
         except BaseException as error:  # it is raised in the thread that handed the call out
-            ended.put(error)
+            ended.add(error)
         else:
-            ended.put(None)
+            ended.add(None)
         del call, work, ended  # a waiting thread keeps no field alive

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
+import signal
 import threading
 import time
 import weakref
@@ -68,6 +71,43 @@ def test_a_team_works_on_after_an_error(failing: int) -> None:
     assert sorted(done) == [0, 1, 2, 3]
 
 
+@pytest.mark.parametrize("at_work", [True, False])
+def test_an_interrupt_waits_for_the_other_members(at_work: bool) -> None:
+    """Whether it meets the caller at its own part or while it waits, nobody writes to the arrays afterwards."""
+    both, team, written = threading.Barrier(2, timeout=30.0), ThreadTeam(2), list[int]()
+
+    def work(member: int, part: int) -> None:
+        both.wait()
+        if member == 0:
+            time.sleep(30.0 if at_work else 0.0)
+            return
+        time.sleep(0.1)  # the caller is at its own part, or waits
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        time.sleep(0.2)
+        written.append(member)
+
+    with pytest.raises(KeyboardInterrupt):
+        team.share(work, range(2))
+    assert written == [1]
+    team.share(lambda member, part: written.append(part), range(4))
+    assert sorted(written[1:]) == [0, 1, 2, 3]
+
+
+def test_an_interrupt_goes_before_errors() -> None:
+    both = threading.Barrier(2, timeout=30.0)
+
+    def work(member: int, part: int) -> None:
+        both.wait()
+        if member == 1:
+            time.sleep(0.1)
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+            time.sleep(0.1)
+        raise OverflowError
+
+    with pytest.raises(KeyboardInterrupt):
+        ThreadTeam(2).share(work, range(2))
+
+
 def test_threads_end_with_their_team() -> None:
     before = set(threading.enumerate())
     team = ThreadTeam(3)
@@ -79,15 +119,27 @@ def test_threads_end_with_their_team() -> None:
     assert not any(thread.is_alive() for thread in own)
 
 
-def test_waiting_threads_keep_nothing_alive() -> None:
+@pytest.mark.parametrize("fails", [False, True])
+def test_calls_that_have_ended_keep_nothing_alive(fails: bool) -> None:
     team, both, field = ThreadTeam(2), threading.Barrier(2, timeout=30.0), np.zeros(3)
     kept = weakref.ref(field)
-    team.share(lambda member, part, field=field: both.wait() and None, range(2))
-    del field
-    limit = time.monotonic() + 10.0
-    while kept() is not None and time.monotonic() < limit:  # the other thread may still be ending the call
-        time.sleep(0.001)
-    assert kept() is None
+
+    def work(member: int, part: int, field: np.ndarray = field) -> None:
+        both.wait()
+        if fails and member == 1:
+            raise OverflowError
+
+    gc.disable()  # a circle of references would wait for it
+    try:
+        with contextlib.suppress(OverflowError):
+            team.share(work, range(2))
+        del work, field
+        limit = time.monotonic() + 10.0
+        while kept() is not None and time.monotonic() < limit:  # the other thread may still be ending the call
+            time.sleep(0.001)
+        assert kept() is None
+    finally:
+        gc.enable()
 
 
 def test_memory_for_spectra_is_shared_and_freed():
