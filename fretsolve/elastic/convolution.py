@@ -27,12 +27,10 @@ import numpy as np
 
 from fretsolve.elastic.batched_convolution import BatchedConvolution
 from fretsolve.elastic.fftw import padded_length, plan, pyfftw
-from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum
+from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum, spectrum_of
+from fretsolve.elastic.line_buffer import even_parts
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
-
-CACHE_BYTES = 400 * 1024
-"""Size of the buffer of a block of rows or columns: three or four fit into the second-level cache of a core."""
 
 MOST_BATCHED_POINTS, COMPILED = 300 * 300, 0.2
 """Largest padded grid that is transformed as a whole, by `BatchedConvolution`, and factor on it with compiled kernels.
@@ -75,8 +73,8 @@ class PaddedConvolution:
         self._batched = BatchedConvolution(*batched) if small else None
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
-        self._row_parts = _parts(self._pairs, size * my)
-        self._column_parts = _parts(self.columns, size * mx)
+        self._row_parts = even_parts(self._pairs, size * my)
+        self._column_parts = even_parts(self.columns, size * mx)
         # Each thread has blocks of its own.
         self._row_blocks: list[_Block] = []
         self._column_blocks: list[list[_Block]] = [[] for _ in self.team.members(self._column_parts)]
@@ -119,15 +117,7 @@ class PaddedConvolution:
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..ny-1, ``(nx, ny)``."""
-        mx, my = self.padded
-        values = np.zeros((my // 2 + 1, mx // 2 + 1))
-        values[: self.shape[1], : self.shape[0]] = quadrant.T
-        values /= mx * my
-        for axis, odd in enumerate((odd_y, odd_x)):
-            _transform_half(values, odd, axis)
-        if odd_x or odd_y:
-            np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two
-        return KernelSpectrum(values.astype(self._float, copy=False), odd_x)
+        return spectrum_of(quadrant, self.padded, self._float, odd_x, odd_y)
 
     def _transform_rows(self, fields: Fields, spectra: Sequence[ComplexArray], back: bool = False) -> None:
         """Transform each of the `fields` (nx, ny) along y into its spectrum (nx, my//2 + 1), or `back`."""
@@ -215,27 +205,3 @@ class PaddedConvolution:
         options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_MEASURE", "FFTW_DESTROY_INPUT")}
         forward = plan(values, values, **options)
         return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
-
-
-def _parts(lines: int, bytes_per_line: int) -> list[slice]:
-    """Cut `lines` into one block, or an even number of equal ones near `CACHE_BYTES`.
-
-    Two threads would need as long for three blocks as for four: at 512 x 512 points a tenth of an increment.
-    """
-    blocks = lines * bytes_per_line / CACHE_BYTES
-    share = -(-lines // (1 if blocks < 1.0 else 2 * max(1, round(0.5 * blocks))))
-    return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
-
-
-def _transform_half(values: FloatArray, odd: bool, axis: int) -> None:
-    """Transform along `axis`, in place, the even or odd function given at offsets 0..m/2 of its period m.
-
-    The spectrum of an odd function is its sine transform, without the factor -i.
-    """
-    lines = values.T if axis == 0 else values
-    inner, direction = (lines[:, 1:-1], "FFTW_RODFT00") if odd else (lines, "FFTW_REDFT00")
-    if inner.shape[1] > 1 or (odd and inner.size):
-        plan(inner, inner, axes=(1,), direction=direction, flags=("FFTW_ESTIMATE",)).execute()
-    if odd:
-        lines[:, 0] = 0.0
-        lines[:, -1] = 0.0

@@ -23,6 +23,7 @@ import numpy as np
 
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
+from fretsolve.elastic.mirrored_convolution import MirroredConvolution
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels.on_grid import parts_of
 from fretsolve.model.materials import Compliances
@@ -53,7 +54,7 @@ class InfluenceSpectra(dict[Influence, KernelSpectrum]):
 
     def __init__(
         self,
-        convolution: PaddedConvolution,
+        convolution: PaddedConvolution | MirroredConvolution,
         spacing: tuple[float, float],
         compliances: Compliances,
         whole: InfluenceSpectra | None = None,
@@ -64,8 +65,8 @@ class InfluenceSpectra(dict[Influence, KernelSpectrum]):
         self._kept: dict[Influence, DoubleArray] = {}
 
     def __missing__(self, name: Influence) -> KernelSpectrum:
-        shape, spacing = self._convolution.shape, self._spacing
-        if name in SWAPPED and shape[0] == shape[1] and spacing[0] == spacing[1]:
+        shape, spacing, (mx, my) = self._convolution.shape, self._spacing, self._convolution.padded
+        if name in SWAPPED and shape[0] == shape[1] and spacing[0] == spacing[1] and mx == my:
             # On a square grid x and y may change places.
             self[name] = KernelSpectrum(np.ascontiguousarray(self[SWAPPED[name]].values.T), odd_x=False)
         else:

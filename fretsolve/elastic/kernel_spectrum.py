@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
+from fretsolve.elastic.fftw import plan
 from fretsolve.system.arrays import FloatArray
 
 Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
@@ -43,3 +44,35 @@ class KernelSpectrum:
 
 KernelMatrix = tuple[tuple[KernelSpectrum, ...], ...]
 """Kernels from each field (column) to each displacement (row)."""
+
+
+def spectrum_of(
+    quadrant: FloatArray, padded: tuple[int, int], dtype: np.dtype[Any], odd_x: bool, odd_y: bool
+) -> KernelSpectrum:
+    """Return the spectrum of an influence function on the grid `padded`, in the precision `dtype`.
+
+    quadrant: its values at offsets 0..nx-1, 0..ny-1, (nx, ny).
+    """
+    mx, my = padded
+    values = np.zeros((my // 2 + 1, mx // 2 + 1))
+    values[: quadrant.shape[1], : quadrant.shape[0]] = quadrant.T
+    values /= mx * my
+    for axis, odd in enumerate((odd_y, odd_x)):
+        _transform_half(values, odd, axis)
+    if odd_x or odd_y:
+        np.negative(values, out=values)  # -i of one sine transform, (-i)^2 of two
+    return KernelSpectrum(values.astype(dtype, copy=False), odd_x)
+
+
+def _transform_half(values: FloatArray, odd: bool, axis: int) -> None:
+    """Transform along `axis`, in place, the even or odd function given at offsets 0..m/2 of its period m.
+
+    The spectrum of an odd function is its sine transform, without the factor -i.
+    """
+    lines = values.T if axis == 0 else values
+    inner, direction = (lines[:, 1:-1], "FFTW_RODFT00") if odd else (lines, "FFTW_REDFT00")
+    if inner.shape[1] > 1 or (odd and inner.size):
+        plan(inner, inner, axes=(1,), direction=direction, flags=("FFTW_ESTIMATE",)).execute()
+    if odd:
+        lines[:, 0] = 0.0
+        lines[:, -1] = 0.0

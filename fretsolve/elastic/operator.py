@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -52,10 +53,14 @@ class ElasticOperator:
         self.terms, self.dtype, self.applications = terms, dtype, 0
         self._problem = shape, spacing, compliances, terms
         self._team = team or ThreadTeam()
-        self._convolution = PaddedConvolution(shape, dtype, self._team)
+        self._convolution = self._convolution_on(shape, dtype)
         of_whole: InfluenceSpectra | None = None if whole is None else whole.influence
         self.influence: InfluenceSpectra = InfluenceSpectra(self._convolution, spacing, compliances, of_whole)
         self._spectra = self.influence if spectra is None else spectra
+
+    def _convolution_on(self, shape: tuple[int, int], dtype: type[np.floating]) -> Any:
+        """Return the convolution of this operator's fields."""
+        return PaddedConvolution(shape, dtype, self._team)
 
     @property
     def compliances(self) -> Compliances:
@@ -125,6 +130,10 @@ class ElasticOperator:
             self.applications -= 1  # both together count once
             return
         self.applications += 1
+        self._all_coupled(pressure, shear, uz, displacement)
+
+    def _all_coupled(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
+        """Do the same with all terms."""
         spectra = self._spectra
         kernels = (
             (spectra["zz"], spectra["xz"], spectra["yz"]),

@@ -10,6 +10,7 @@ the symbol, down to negative values if dx and dy differ.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -35,16 +36,22 @@ class Preconditioner:
         team: ThreadTeam | None = None,
         dtype: type[np.floating] = np.float64,
     ):
-        # No padding: no contact reaches the edges of its grid, so there are zeros between one period and the next. With
-        # two cells more, 512 x 512 points would take half as long again, as lengths above 512 are worse.
-        mx, my = size = fast_length(shape[0]), fast_length(shape[1])
-        self._convolution = PaddedConvolution(shape, dtype, team, size)
+        self._convolution = self._convolution_on(shape, dtype, team or ThreadTeam())
         self._in_plane = terms.in_plane_coupling
+        size = mx, my = self._convolution.padded
         # FFTW leaves the factor 1/(mx my) out of inverse transforms.
         self._spectra: dict[Influence, KernelSpectrum] = {
             name: KernelSpectrum(values, odd_x=name == "xy").scaled(factor / (mx * my), dtype)
-            for name, values in _inverse_symbol(shape, size, spacing, compliances, terms).items()
+            for name, values in _inverse_symbol(self._convolution.shape, size, spacing, compliances, terms).items()
         }
+
+    def _convolution_on(self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam) -> Any:
+        """Return the convolution of this preconditioner's fields.
+
+        No padding: no contact reaches the edges of its grid, so there are zeros between one period and the next. With
+        two cells more, 512 x 512 points would take half as long again, as lengths above 512 are worse.
+        """
+        return PaddedConvolution(shape, dtype, team, (fast_length(shape[0]), fast_length(shape[1])))
 
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
         """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.kernels import NUMPY, Kernels
-from fretsolve.system.arrays import ComplexArray
 
 ALIGNMENT = 64
 """Bytes of a cache line and of the longest vector instructions."""
@@ -104,7 +103,7 @@ class ThreadTeam:
         finally:
             del errors, ended  # else the error would hold this call, and with it the fields of `work`
 
-    def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[ComplexArray]:
+    def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[NDArray[Any]]:
         """Return `count` arrays that are valid until the next call. They are not cleared."""
         size = shape[0] * shape[1] * dtype.itemsize
         stride = size + -size % ALIGNMENT

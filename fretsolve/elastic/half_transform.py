@@ -1,0 +1,88 @@
+"""Cosine and sine series along y of fields that are even or odd about y = 0.
+
+The cells lie at y = (j + 1/2) dy, j >= 0. An even field of the period 2 N dy has the coefficients
+
+    F_s = 2 sum f_j cos(pi s (2 j + 1)/2N),   f_j = F_0 + 2 sum_(0 < s < N) F_s cos(..),   up to a factor,
+
+and an odd one the same with sines, where s runs from 1 to N, and G_N counts once, like F_0. Slot s of a field holds F_s
+or G_s, but slot 0 of an odd one holds G_N. They belong to the Fourier series F_s and -i G_s of the whole field.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from fretsolve.elastic.line_buffer import LineBuffer, even_parts
+from fretsolve.elastic.thread_team import ThreadTeam
+from fretsolve.system.arrays import FloatArray
+
+MOST_PRODUCTS = 2**17
+"""Products of numbers up to which a transform is one of matrices. From about there on FFTW takes less time; BLAS would
+share out larger ones among threads of its own."""
+
+
+class MatrixTransform:
+    """Transforms of fields with `columns` cells along y into `slots` coefficients, as products with matrices.
+
+    On small grids these cost two calls.
+    """
+
+    def __init__(self, columns: int, slots: int, dtype: np.dtype[Any]):
+        angles = np.pi / (2 * slots) * np.outer(np.arange(slots), 2 * np.arange(columns) + 1)
+        even, odd = np.cos(angles), np.sin(angles)
+        odd[0] = (-1.0) ** np.arange(columns)
+        weights = np.where(np.arange(slots) == 0, 1.0, 2.0)[:, None]
+        self._forward = [(2.0 * values).astype(dtype) for values in (even, odd)]
+        self._backward = [(weights * values).astype(dtype) for values in (even, odd)]
+
+    def forward(self, field: FloatArray, odd: bool, slots: FloatArray) -> None:
+        """Write the coefficients of a field (nx, columns) into `slots`, (slots, nx)."""
+        np.matmul(self._forward[odd], field.T, out=slots, casting="same_kind")
+
+    def backward(self, slots: FloatArray, odd: bool, field: FloatArray) -> None:
+        """Write the field (nx, columns) with the coefficients `slots`, (slots, nx)."""
+        np.matmul(slots.T, self._backward[odd], out=field, casting="same_kind")
+
+
+class FastTransform:
+    """The same by complex transforms of the length `slots` (Makhoul, IEEE Trans. ASSP 28, 1980), for large grids.
+
+    A cosine series is the Fourier series of the even cells followed by the odd ones in reverse, turned by a phase. Two
+    rows are transformed at a time, as the real and the imaginary part of one. FFTW's own cosine transforms do not use
+    vector instructions, and take six times as long.
+    """
+
+    def __init__(self, shape: tuple[int, int], slots: int, dtype: np.dtype[Any], team: ThreadTeam):
+        complex_type = np.result_type(dtype, np.complex64)
+        self._team, self._kernels, self._pairs = team, team.kernels.spectral, (shape[0] + 1) // 2
+        self._phases = np.exp(-0.5j * np.pi / slots * np.arange(slots)).astype(complex_type)
+        parts = even_parts(self._pairs, slots * complex_type.itemsize)
+        self._parts, size = parts, (parts[0].stop, slots)
+        self._buffers = [LineBuffer(size, complex_type) for _ in team.members(parts)]
+
+    def forward(self, field: FloatArray, odd: bool, slots: FloatArray) -> None:
+        """Write the coefficients of a field (nx, columns) into `slots`, (slots, nx)."""
+
+        def transform(member: int, part: slice) -> None:
+            """Transform some rows and, as their imaginary parts, as many of the lower half."""
+            buffer, lower = self._buffers[member], slice(self._pairs + part.start, self._pairs + part.stop)
+            count = part.stop - part.start
+            self._kernels.fold_rows(field[part], field[lower], odd, buffer.source[:count])
+            buffer.forward()
+            self._kernels.to_slots(buffer.target[:count], self._phases, odd, slots[:, part], slots[:, lower])
+
+        self._team.share(transform, self._parts)
+
+    def backward(self, slots: FloatArray, odd: bool, field: FloatArray) -> None:
+        """Write the field (nx, columns) with the coefficients `slots`, (slots, nx)."""
+
+        def transform(member: int, part: slice) -> None:
+            buffer, lower = self._buffers[member], slice(self._pairs + part.start, self._pairs + part.stop)
+            count = part.stop - part.start
+            self._kernels.from_slots(slots[:, part], slots[:, lower], self._phases, odd, buffer.target[:count])
+            buffer.backward()
+            self._kernels.unfold_rows(buffer.source[:count], odd, field[part], field[lower])
+
+        self._team.share(transform, self._parts)
