@@ -15,8 +15,9 @@ they change by the factors 1 and -i of the cosine and the sine series.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,8 +30,23 @@ from fretsolve.system.arrays import Fields, FloatArray
 
 Spectra = Mapping[Influence, KernelSpectrum]
 
-Pairs = Sequence[tuple[FloatArray, FloatArray]]
+Pairs = list[tuple[FloatArray, FloatArray]]
 """Slots, (n, nx), of the real and of the imaginary part of lines; the latter may have fewer."""
+
+TANGENTIAL = False, True
+"""Which of the components x and y of a tangential field are odd."""
+
+
+class Lines(NamedTuple):
+    """Lines along x, and how they are multiplied.
+
+    multiply: takes the `kernels` and the spectra of as many lines, which it changes in place.
+    """
+
+    multiply: Callable[..., None]
+    kernels: tuple[FloatArray, ...]
+    sources: Pairs
+    targets: Pairs
 
 
 class MirroredConvolution:
@@ -48,6 +64,7 @@ class MirroredConvolution:
         self._by_matrices = least * ny * nx <= MOST_PRODUCTS
         self._count = least if self._by_matrices else fast_length(least)
         self.padded = fast_length(nx) if periodic else padded_length(nx), 2 * self._count
+        self._small: dict[str, tuple[list[FloatArray], Callable[[], None]]] = {}
         self._buffers: dict[tuple[int, int], list[LineBuffer]] = {}
         self._rolled: dict[KernelSpectrum, FloatArray] = {}
 
@@ -57,11 +74,13 @@ class MirroredConvolution:
 
     def scalar(self, kernel: KernelSpectrum, odd: bool, field: FloatArray, result: FloatArray) -> None:
         """Compute `result` from one `field`, both (nx, ny); odd: both are odd in y, as qy and uy are."""
-        (slots,) = self._slots((field,), (odd,))
-        pairs, values = (self._count + 1) // 2, self._values(kernel, odd)
-        both = [(slots[:pairs], slots[pairs:])]
-        self._along_x(self._kernels.multiply_slots, (values[:pairs], values[pairs:]), both, both)
-        self._fields((slots,), (odd,), (result,))
+
+        def lines(slots: list[FloatArray]) -> Lines:
+            pairs, values = (self._count + 1) // 2, self._values(kernel, odd)
+            both = [(slots[0][:pairs], slots[0][pairs:])]
+            return Lines(self._kernels.multiply_slots, (values[:pairs], values[pairs:]), both, both)
+
+        self._apply(lines, "odd" if odd else "even", (field,), (odd,), (result,), (odd,))
 
     def in_plane(self, spectra: Spectra, coupling: bool, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute a tangential result (2, nx, ny) from a tangential field (2, nx, ny).
@@ -70,84 +89,128 @@ class MirroredConvolution:
         """
         if not coupling:
             directions: tuple[Influence, Influence] = "xx", "yy"
-            for name, odd, field, result in zip(directions, (False, True), shear, displacement, strict=True):
+            for name, odd, field, result in zip(directions, TANGENTIAL, shear, displacement, strict=True):
                 if field.any():
                     self.scalar(spectra[name], odd, field, result)
                 else:
                     result[:] = 0.0
             return
-        x, y = self._slots(shear, (False, True))
-        kernels = self._values(spectra["xx"]), self._values(spectra["yy"], True), self._values(spectra["xy"])
-        self._along_x(self._kernels.multiply_in_plane, kernels, [(x, y)], [(x, y)])
-        self._fields((x, y), (False, True), displacement)
+
+        def lines(slots: list[FloatArray]) -> Lines:
+            kernels = self._values(spectra["xx"]), self._values(spectra["yy"], True), self._values(spectra["xy"])
+            return Lines(self._kernels.multiply_in_plane, kernels, [(slots[0], slots[1])], [(slots[0], slots[1])])
+
+        self._apply(lines, "in plane", shear, TANGENTIAL, displacement, TANGENTIAL)
 
     def sideways(self, spectra: Spectra, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement (2, nx, ny) from pressure (nx, ny)."""
-        x, y = self._slots((pressure,), (False,), spare=1)
-        kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
-        self._along_x(self._kernels.turn_sideways, kernels, [(x, x[:0])], [(x, y)])
-        self._fields((x, y), (False, True), displacement)
+
+        def lines(slots: list[FloatArray]) -> Lines:
+            x, y = slots
+            kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
+            return Lines(self._kernels.turn_sideways, kernels, [(x, x[:0])], [(x, y)])
+
+        self._apply(lines, "sideways", (pressure,), (False,), displacement, TANGENTIAL)
 
     def upright(self, spectra: Spectra, shear: FloatArray, uz: FloatArray) -> None:
         """Compute uz (nx, ny) from shear (2, nx, ny)."""
-        x, y = self._slots(shear, (False, True))
-        kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
-        self._along_x(self._kernels.turn_upright, kernels, [(x, y)], [(x, x[:0])])
-        self._fields((x,), (False,), (uz,))
+
+        def lines(slots: list[FloatArray]) -> Lines:
+            x, y = slots
+            kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
+            return Lines(self._kernels.turn_upright, kernels, [(x, y)], [(x, x[:0])])
+
+        self._apply(lines, "upright", shear, TANGENTIAL, (uz,), (False,))
 
     def coupled(
         self, spectra: Spectra, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray
     ) -> None:
         """Compute normal and tangential displacement from pressure and shear."""
-        z, x, y = slots = self._slots((pressure, *shear), (False, False, True))
-        names: tuple[Influence, ...] = "zz", "xx", "yy", "xy", "xz", "yz"
-        kernels = tuple(self._values(spectra[name], name == "yy") for name in names)
-        lines = [(z, z[:0]), (x, y)]
-        self._along_x(self._kernels.multiply_coupled, kernels, lines, lines)
-        self._fields(slots, (False, False, True), (uz, *displacement))
 
-    def _along_x(
-        self, multiply: Callable[..., None], kernels: tuple[FloatArray, ...], sources: Pairs, targets: Pairs
+        def lines(slots: list[FloatArray]) -> Lines:
+            z, x, y = slots
+            names: tuple[Influence, ...] = "zz", "xx", "yy", "xy", "xz", "yz"
+            kernels = tuple(self._values(spectra[name], name == "yy") for name in names)
+            both = [(z, z[:0]), (x, y)]
+            return Lines(self._kernels.multiply_coupled, kernels, both, both)
+
+        odd = False, *TANGENTIAL
+        self._apply(lines, "coupled", (pressure, *shear), odd, (uz, *displacement), odd)
+
+    def _apply(
+        self,
+        lines_of: Callable[[list[FloatArray]], Lines],
+        name: str,
+        fields: Fields,
+        odd_fields: tuple[bool, ...],
+        results: Fields,
+        odd_results: tuple[bool, ...],
     ) -> None:
-        """Convolve along x the lines whose real and imaginary parts are the rows of `sources`, into those of `targets`.
+        """Convolve `fields` into `results`; lines_of: gives the lines of their slots; name: of the convolution."""
+        kept = self._small.get(name)
+        if kept is None:
+            count, size = max(len(fields), len(results)), (self._count, self._half[0])
+            if self._by_matrices:
+                slots: list[FloatArray] = [np.zeros(size, self._float) for _ in range(count)]
+            else:
+                slots = self.team.arrays(count, size, self._float)
+            lines = lines_of(slots)
+            parts = even_parts(len(lines.sources[0][0]), self.padded[0] * self._complex.itemsize)
+            if self._by_matrices and len(parts) == 1:
+                kept = self._small[name] = slots, self._steps(lines, parts[0], self._buffers_of(0, parts, lines))
+        transform = self._transform
+        if kept is not None:
+            slots, steps = kept
+            for field, odd, one in zip(fields, odd_fields, slots, strict=False):
+                transform.forward(field, odd, one)
+            steps()
+        else:
+            for field, odd, one in zip(fields, odd_fields, slots, strict=False):
+                transform.forward(field, odd, one)
+            for member in self.team.members(parts):
+                self._buffers_of(member, parts, lines)
+            self.team.share(
+                lambda member, part: self._steps(lines, part, self._buffers_of(member, parts, lines))(), parts
+            )
+        for one, odd, result in zip(slots, odd_results, results, strict=False):
+            transform.backward(one, odd, result)
 
-        multiply: takes rows of the `kernels` and the spectra of as many lines, which it changes in place.
-        """
+    def _steps(self, lines: Lines, part: slice, buffers: list[LineBuffer]) -> Callable[[], None]:
+        """Return what convolves a part of `lines` along x."""
+        join, split, count, multiply = self._kernels.join_rows, self._kernels.split_rows, part.stop - part.start, lines.multiply
+        joined = [
+            (real[part], imaginary[part], buffer.source[:count], buffer.forward)
+            for (real, imaginary), buffer in zip(lines.sources, buffers, strict=True)
+        ]
+        parted = [
+            (buffer.backward, buffer.source[:count], real[part], imaginary[part])
+            for (real, imaginary), buffer in zip(lines.targets, buffers, strict=True)
+        ]
+        spectra = [kernel[part] for kernel in lines.kernels] + [buffer.target[:count] for buffer in buffers]
 
-        def convolve(member: int, part: slice) -> None:
-            """Convolve some lines."""
-            buffers, count = self._buffers[member, parts[0].stop][:most], part.stop - part.start
-            for buffer, (real, imaginary) in zip(buffers, sources, strict=True):
-                self._kernels.join_rows(real[part], imaginary[part], buffer.source[:count])
-                buffer.forward()
-            multiply(*(kernel[part] for kernel in kernels), *(buffer.target[:count] for buffer in buffers))
-            for buffer, (real, imaginary) in zip(buffers, targets, strict=True):
-                buffer.backward()
-                self._kernels.split_rows(buffer.source[:count], real[part], imaginary[part])
+        def convolve() -> None:
+            for real, imaginary, source, forward in joined:
+                join(real, imaginary, source)
+                forward()
+            multiply(*spectra)
+            for backward, source, real, imaginary in parted:
+                backward()
+                split(source, real, imaginary)
 
-        parts, most = even_parts(len(sources[0][0]), self.padded[0] * self._complex.itemsize), len(sources)
-        for member in self.team.members(parts):
-            own = self._buffers.setdefault((member, parts[0].stop), [])
-            own.extend(LineBuffer((parts[0].stop, self.padded[0]), self._complex) for _ in range(most - len(own)))
-        self.team.share(convolve, parts)
+        return convolve
+
+    def _buffers_of(self, member: int, parts: list[slice], lines: Lines) -> list[LineBuffer]:
+        """Return the buffers of a thread for parts of `lines`."""
+        rows, most = parts[0].stop, len(lines.sources)
+        own = self._buffers.setdefault((member, rows), [])
+        own.extend(LineBuffer((rows, self.padded[0]), self._complex) for _ in range(most - len(own)))
+        return own[:most]
 
     @cached_property
     def _transform(self) -> MatrixTransform | FastTransform:
         if self._by_matrices:
             return MatrixTransform(self._half[1], self._count, self._float)
         return FastTransform(self._half, self._count, self._float, self.team)
-
-    def _slots(self, fields: Fields, odd: Sequence[bool], spare: int = 0) -> list[FloatArray]:
-        """Return the slots of fields, (slots, nx), and `spare` arrays more; they are valid until the next call."""
-        found = self.team.arrays(len(fields) + spare, (self._count, self._half[0]), self._float)
-        for field, is_odd, slots in zip(fields, odd, found, strict=False):
-            self._transform.forward(field, is_odd, slots)
-        return found
-
-    def _fields(self, slots: Sequence[FloatArray], odd: Sequence[bool], fields: Fields) -> None:
-        """Write the fields of these slots."""
-        for one, is_odd, field in zip(slots, odd, fields, strict=True):
-            self._transform.backward(one, is_odd, field)
 
     def _values(self, kernel: KernelSpectrum, odd: bool = False) -> FloatArray:
         """Return the kernel of each slot, (slots, mx//2 + 1); odd: from an odd field to an odd one."""

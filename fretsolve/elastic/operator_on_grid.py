@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.grid import Grid, LineGrid
+from fretsolve.model.grid import Grid, HalfGrid, LineGrid
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 
@@ -25,7 +25,7 @@ def operator_on(
     orthotropy: Orthotropy | None = None,
     whole: ElasticOperator | None = None,
 ) -> ElasticOperator:
-    """Return the elastic operator on a grid, of strips or of rectangles.
+    """Return the elastic operator on a grid, of strips, of rectangles, or of these and their mirror images.
 
     orthotropy: scales shear and slip; whole: as for `ElasticOperator`.
     """
@@ -37,4 +37,8 @@ def operator_on(
         from fretsolve.elastic.orthotropic_operator import OrthotropicOperator
 
         return OrthotropicOperator(orthotropy, grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)
+    if isinstance(grid, HalfGrid):
+        from fretsolve.elastic.mirrored_operator import MirroredOperator
+
+        return MirroredOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, whole=whole)
     return ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, whole=whole)

@@ -90,7 +90,7 @@ class Examiner:
         self.tolerance, self.precision = tolerance, precision
         self.normal, self.tangential, self.grid = NormalModes(grid, kernels), TangentialModes(grid, kernels), grid
         # Arms of the residuals of moments and rotations: to the outermost cell's centre along the longer side.
-        reach = max(float(np.ptp(grid.x)), float(np.ptp(grid.y)), TINY) / 2.0
+        reach = max(grid.size[0] - grid.dx, grid.size[1] - grid.dy, TINY) / 2.0
         self._arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
 
     def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:

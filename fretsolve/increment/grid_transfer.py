@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.model.grid import Grid
+from fretsolve.model.grid import Grid, HalfGrid
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 FEWEST_COARSE_POINTS = 49
@@ -22,7 +22,7 @@ class GridTransfer:
 
     def __init__(self, grid: Grid):
         self.fine = grid
-        self.factors = tuple(2 if count >= 2 * FEWEST_COARSE_POINTS else 1 for count in grid.shape)
+        self.factors = tuple(2 if count >= 2 * FEWEST_COARSE_POINTS else 1 for count in grid.whole_shape)
         self.coarse: Grid | None = None
         if 2 in self.factors:  # cells that cover those of `fine`, from the same corner on
             fx, fy = self.factors
@@ -42,10 +42,21 @@ class GridTransfer:
         return self.restrict(np.pad(separation, padding, constant_values=np.inf))
 
     def prolong(self, field: FloatArray) -> FloatArray:
-        """Return the bilinear interpolation to the fine cells, ``(..., nx, ny)``, with zeros outside of the grid."""
+        """Return the bilinear interpolation to the fine cells, ``(..., nx, ny)``, with zeros outside of the grid.
+
+        On one half of a grid the other half of the field is its mirror image, and that of qy its negative.
+        """
         fx, fy = self.factors
         rows = _interpolate(field, -2)[..., : self.fine.nx, :] if fx == 2 else field
-        return _interpolate(rows, -1)[..., : self.fine.ny] if fy == 2 else rows
+        if fy == 1:
+            return rows
+        found = _interpolate(rows, -1)[..., : self.fine.ny]
+        if isinstance(self.fine, HalfGrid):
+            beyond = 0.25 * rows[..., 0]
+            if field.ndim == 3:
+                beyond[1] *= -1.0
+            found[..., 0] += beyond
+        return found
 
     def inject(self, mask: BoolArray) -> BoolArray:
         """Return the values of the coarse cells in their fine ones."""

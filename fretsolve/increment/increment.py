@@ -19,7 +19,7 @@ from fretsolve.increment.load_checks import require_inside, require_supported
 from fretsolve.increment.staggered_iteration import StaggeredIteration
 from fretsolve.increment.working_state import InitialState, Trend, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
-from fretsolve.model.grid import LARGE_GRID, Grid
+from fretsolve.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
@@ -168,7 +168,7 @@ class IncrementSolver:
         Those of the last two regions are kept, on a large grid of one: a contact that changes between two sizes needs
         no new spectra at each increment.
         """
-        region = region_around(expected, free)
+        region = region_around(expected, free, isinstance(self.grid, HalfGrid))
         iteration = self._iterations.pop(region, None)
         if iteration is None:
             if len(self._iterations) == (1 if self._large else 2):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
-from fretsolve.model.grid import Grid
+from fretsolve.model.grid import Grid, HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, FloatArray
 
@@ -48,7 +48,8 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
             " than the contact, or, where the material does end, with a rim of NaN",
             "map",
         )
-    edges = {"x": (pressure[0].any(), pressure[-1].any()), "y": (pressure[:, 0].any(), pressure[:, -1].any())}
+    first = not isinstance(grid, HalfGrid) and pressure[:, 0].any()  # one half of a grid begins in its middle
+    edges = {"x": (pressure[0].any(), pressure[-1].any()), "y": (first, pressure[:, -1].any())}
     sides = [f"{sign}{axis}" for axis in grid.axes for sign, at in zip("-+", edges[axis], strict=True) if at]
     if sides:
         size = " x ".join(f"{side:.4g}" for _, side in zip(grid.axes, grid.size, strict=False))

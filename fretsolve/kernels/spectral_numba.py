@@ -386,38 +386,49 @@ def unfold_rows(lines, odd, upper, lower):
 def to_slots(lines, phases, odd, upper, lower):
     """Write the series of two real rows, (m, r), from the spectra of their folded lines (r, m)."""
     rows, length = lines.shape
+    # slots k and m - k follow from the same numbers a = w z_k and b = conj(w) z_(m-k): a + b and i (a - b)
+    real, imag = np.empty((length, TILE), upper.dtype), np.empty((length, TILE), upper.dtype)
     for first in range(0, rows, TILE):
-        last = min(first + TILE, rows)
-        last_lower = min(last, lower.shape[1])
-        for k in range(length):
-            other, slot = length - k if k else 0, length - k if odd and k else k
-            phase = phases[k]
-            for r in range(first, last):
-                z, m = lines[r, k], lines[r, other]
-                upper[slot, r] = phase.real * (z.real + m.real) - phase.imag * (z.imag - m.imag)
-            for r in range(first, last_lower):
-                z, m = lines[r, k], lines[r, other]
-                lower[slot, r] = phase.real * (z.imag + m.imag) + phase.imag * (z.real - m.real)
+        count = min(TILE, rows - first)
+        for r in range(count):
+            line = lines[first + r]
+            real[0, r], imag[0, r] = line[0].real + line[0].real, line[0].imag + line[0].imag
+            for k in range(1, length // 2 + 1):
+                a, b = phases[k] * line[k], phases[k].conjugate() * line[length - k]
+                added, taken = a + b, a - b
+                real[k, r], imag[k, r] = added.real, added.imag
+                real[length - k, r], imag[length - k, r] = -taken.imag, taken.real
+        _copy_slots(real, odd, upper[:, first : first + count])
+        _copy_slots(imag, odd, lower[:, first : first + count])
+
+
+@inlined
+def _copy_slots(values, odd, slots):
+    """Copy `values` to `slots`, in reverse but for the first where they are `odd`."""
+    length, columns = slots.shape
+    for k in range(length):
+        slot = length - k if odd and k else k
+        for r in range(columns):
+            slots[slot, r] = values[k, r]
 
 
 @compiled
 def from_slots(upper, lower, phases, odd, lines):
     """Invert `to_slots`, up to a factor: write the spectra of the folded lines (r, m) of two series, (m, r)."""
     rows, length = lines.shape
+    rows_below = lower.shape[1]
+    nothing = upper.dtype.type(0.0)
     for first in range(0, rows, TILE):
-        last = min(first + TILE, rows)
-        last_lower = min(last, lower.shape[1])
-        for k in range(length):
-            back = length - k if k else 0
-            slot, other = (back, k) if odd else (k, back)
-            phase = phases[k]
-            for r in range(first, last):
-                a, b = upper[slot, r], upper[other, r]
-                c, d = lower[slot, r] if r < last_lower else a - a, lower[other, r] if r < last_lower else a - a
-                if k == 0:
-                    lines[r, 0] = complex(a, c)
-                else:  # conj(phase) ((a + d) + i (c - b))
-                    lines[r, k] = complex(
-                        phase.real * (a + d) + phase.imag * (c - b), phase.real * (c - b) - phase.imag * (a + d)
-                    )
-
+        count = min(TILE, rows - first)
+        for r in range(first, first + count):
+            lines[r, 0] = complex(upper[0, r], lower[0, r] if r < rows_below else nothing)
+        for k in range(1, length // 2 + 1):
+            one, other = (length - k, k) if odd else (k, length - k)
+            turn = phases[k].conjugate()
+            for r in range(first, first + count):
+                both = r < rows_below
+                u = complex(upper[one, r], lower[one, r] if both else nothing)
+                v = complex(upper[other, r], lower[other, r] if both else nothing)
+                turned = complex(-v.imag, v.real)
+                lines[r, k] = turn * (u - turned)
+                lines[r, length - k] = phases[k] * (u + turned)

@@ -61,6 +61,11 @@ class Grid:
         return self.nx, self.ny
 
     @property
+    def whole_shape(self) -> tuple[int, int]:
+        """The same of the grid that this one is a half of, if it is one."""
+        return self.shape
+
+    @property
     def size(self) -> tuple[float, float]:
         """Sides of the potential contact area (mm)."""
         return self.nx * self.dx, self.ny * self.dy
@@ -116,6 +121,40 @@ class LineGrid(Grid):
     def cell_area(self) -> float:
         """Area of a cell per mm of the line's length (mm^2/mm)."""
         return self.dx
+
+
+@dataclass(frozen=True)
+class HalfGrid(Grid):
+    """The half y > 0 of a grid about y = 0 with an even number of columns. Its fields are even or odd in y.
+
+    Sums over its cells times `cell_area` are those over the whole grid, where what is summed is even. All parts of it
+    begin at y = 0.
+    """
+
+    @classmethod
+    def of(cls, grid: Grid) -> HalfGrid:
+        """Return one half of a grid."""
+        return cls(grid.nx, grid.ny // 2, grid.dx, grid.dy, grid.x0, 0.25 * grid.size[1])
+
+    @property
+    def whole_shape(self) -> tuple[int, int]:
+        return self.nx, 2 * self.ny
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Sides of the whole potential contact area (mm)."""
+        return self.nx * self.dx, 2 * self.ny * self.dy
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a cell and of its mirror image (mm^2)."""
+        return 2.0 * self.dx * self.dy
+
+    @cached_property
+    def y(self) -> DoubleArray:
+        centers = (np.arange(self.ny, dtype=np.float64) + 0.5) * self.dy
+        centers.flags.writeable = False
+        return centers
 
 
 def cell_centers(count: int, spacing: float, center: float) -> DoubleArray:

@@ -15,6 +15,7 @@ from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.mirrored_increment import MirroredIncrementSolver, is_mirrored
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
@@ -129,7 +130,7 @@ def states_of(
 def _increment_solver(setup: ProblemSetup, separation: FloatArray, threads: int) -> IncrementSolver:
     """Return the solver of a problem's increments; separation: of the undeformed surfaces."""
     load_wisdom()
-    return _solver_type(setup.model)(
+    return _solver_type(setup, separation)(
         setup.grid,
         separation,
         setup.model,
@@ -237,8 +238,9 @@ def _change(initial: InitialState, solved: Solved) -> Change:
     return change
 
 
-def _solver_type(model: Model) -> type[IncrementSolver]:
-    """Return the class that solves a model's increments. Most cases need none of the others."""
+def _solver_type(setup: ProblemSetup, separation: FloatArray) -> type[IncrementSolver]:
+    """Return the class that solves a problem's increments. Most cases need none of the others."""
+    model = setup.model
     if model.line:
         from fretsolve.increment.line_increment import LineIncrementSolver
 
@@ -247,6 +249,8 @@ def _solver_type(model: Model) -> type[IncrementSolver]:
         from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver
 
         return OrthotropicIncrementSolver
+    if setup.wear is None and model.bulk is None and is_mirrored(setup.grid, separation):
+        return MirroredIncrementSolver
     return IncrementSolver
 
 

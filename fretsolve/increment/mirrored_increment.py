@@ -1,0 +1,155 @@
+"""Increments that are mirror images of themselves about y = 0: solved on one half of the grid.
+
+That holds where the surfaces are so, and where neither Mx, Qy, Mz nor the motions phi_x, delta_y, phi_z act or have
+acted: in modes I and II, for example. p, qx and their displacements are even in y then, qy and uy are odd.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.errors import NoSolutionError
+from fretsolve.increment.certificate import Evidence, Solution
+from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.model.grid import Grid, HalfGrid
+from fretsolve.model.load_control import LoadControl
+from fretsolve.model.load_path import Increment
+from fretsolve.result.state import Change, nothing
+from fretsolve.system.arrays import FloatArray
+
+ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
+"""Modes that a mirror image turns round: Mx or phi_x; Qy or delta_y, Mz or phi_z."""
+
+
+def is_mirrored(grid: Grid, separation: FloatArray) -> bool:
+    """Return whether surfaces (nx, ny) on a grid are mirror images of themselves about y = 0, to the last bit."""
+    return grid.ny % 2 == 0 and grid.y0 == 0.0 and np.array_equal(separation, separation[:, ::-1])
+
+
+class MirroredIncrementSolver(IncrementSolver):
+    """Solves the increments of surfaces that are mirror images of themselves: such increments on one half of the grid.
+
+    Whether an increment is one follows from what is imposed and from its start alone, so that a resumed run solves it
+    in the same way. On 64 x 64 points mode I.3 takes .. of the time.
+    """
+
+    def __init__(self, grid: Grid, separation: FloatArray, *arguments: Any):
+        super().__init__(grid, separation, *arguments)
+        self._arguments = arguments
+
+    @cached_property
+    def _half(self) -> IncrementSolver:
+        """The solver on one half of the grid."""
+        return IncrementSolver(HalfGrid.of(self.grid), _half_of(self.separation), *self._arguments)
+
+    def solve(self, increment: Increment, start: InitialState) -> Solved:
+        """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
+        if not _is_even(increment, start):
+            return super().solve(increment, start)
+        before = self._half.applications
+        normal, tangential = _even_part(increment.normal, ODD_NORMAL), _even_part(increment.tangential, ODD_TANGENTIAL)
+        try:
+            solved = self._half.solve(replace(increment, normal=normal, tangential=tangential), _half_of_start(start))
+        except NoSolutionError:
+            # the whole grid tells the reason in its own terms
+            solved = super().solve(increment, start)
+            spent = self._half.applications - before
+            return replace(solved, operator_applications=solved.operator_applications + round(0.5 * spent))
+        return self._whole(solved, start)
+
+    def _whole(self, solved: Solved, start: InitialState) -> Solved:
+        """Return an increment of one half as one of the whole grid."""
+        one, evidence = solved.solution, solved.evidence
+        previous = start.displacement
+        if one.previous_displacement.base is not previous and self._single:
+            previous = _vectors(one.previous_displacement)
+        solution = Solution(
+            _even(one.pressure),
+            _vectors(one.shear),
+            _even(one.uz),
+            _vectors(one.displacement),
+            one.rigid,
+            one.motion,
+            previous,
+            one.mismatch,
+            one.friction,
+        )
+        resultants = evidence.resultants.copy()
+        resultants[[1, 4, 5]] = 0.0
+        zones = _even(evidence.zone)
+        whole = Evidence(
+            _even(evidence.gap), evidence.gap_scale, _vectors(evidence.slip), zones, resultants, evidence.certificate
+        )
+        return replace(
+            solved,
+            solution=solution,
+            evidence=whole,
+            operator_applications=-(-solved.operator_applications // 2),
+        )
+
+
+def _is_even(increment: Increment, start: InitialState) -> bool:
+    """Return whether an increment and its start are mirror images of themselves."""
+    for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
+        if any(control.values[mode] for mode in odd):
+            return False
+    if start.rigid[[1, 4, 5]].any() or start.mismatch is not None or start.friction is not None:
+        return False
+    if not _is_even_field(start.pressure):
+        return False
+    return all(
+        field.strides[-1] == 0 or (_is_even_field(field[0]) and np.array_equal(field[1], -field[1, :, ::-1]))
+        for field in (start.shear, start.displacement)
+    )
+
+
+def _is_even_field(field: FloatArray) -> bool:
+    half = field.shape[1] // 2
+    return np.array_equal(field[:, half:], field[:, half - 1 :: -1])
+
+
+def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
+    """Return the same control, with motions of 0 where a mirror image would turn them round."""
+    forced = tuple(forced and mode not in odd for mode, forced in enumerate(control.forced))
+    return LoadControl(forced, control.values)
+
+
+def _half_of(field: FloatArray) -> FloatArray:
+    """Return the half y > 0 of a field (nx, ny) or (2, nx, ny)."""
+    return field[..., field.shape[-1] // 2 :]
+
+
+def _half_of_start(start: InitialState) -> InitialState:
+    """Return the half y > 0 of a start."""
+    trend = None
+    if start.trend is not None:
+        change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
+        trend = Trend(start.trend.factor, change, start.trend.rigid)
+    normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
+    fields = _half_of(start.pressure), _half_of(start.shear), _half_of(start.displacement)
+    gap = None if start.gap is None else _half_of(start.gap)
+    return InitialState(*fields, start.rigid, normal, trend=trend, gap=gap)
+
+
+def _even(half: NDArray[Any]) -> NDArray[Any]:
+    """Return the whole of a field that is even in y, (nx, ny) of (nx, ny/2)."""
+    return np.concatenate([half[..., ::-1], half], axis=-1)
+
+
+def _vectors(half: FloatArray) -> FloatArray:
+    """Return the whole of a tangential field, (2, nx, ny) of (2, nx, ny/2): its x is even in y, its y is odd."""
+    shape = *half.shape[:-1], 2 * half.shape[-1]
+    if half.strides[-1] == 0:
+        return nothing(shape)
+    whole = np.empty(shape, half.dtype)
+    columns = half.shape[-1]
+    whole[..., columns:] = half
+    whole[0, :, :columns] = half[0, :, ::-1]
+    np.subtract(0.0, half[1, :, ::-1], out=whole[1, :, :columns])  # 0 stays 0
+    return whole
