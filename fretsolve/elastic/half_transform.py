@@ -18,9 +18,9 @@ from fretsolve.elastic.line_buffer import LineBuffer, even_parts
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import FloatArray
 
-MOST_PRODUCTS = 2**17
-"""Products of numbers up to which a transform is one of matrices. From about there on FFTW takes less time; BLAS would
-share out larger ones among threads of its own."""
+MOST_PRODUCTS = 2**18
+"""Products of numbers up to which a transform is one of matrices, about 80 x 80 cells. Larger ones would be shared out
+among threads of BLAS's own."""
 
 
 class MatrixTransform:

@@ -64,7 +64,7 @@ class MirroredConvolution:
         self._by_matrices = least * ny * nx <= MOST_PRODUCTS
         self._count = least if self._by_matrices else fast_length(least)
         self.padded = fast_length(nx) if periodic else padded_length(nx), 2 * self._count
-        self._small: dict[str, tuple[list[FloatArray], Callable[[], None]]] = {}
+        self._kept: dict[str, tuple[list[FloatArray], Callable[[], None]]] = {}
         self._buffers: dict[tuple[int, int], list[LineBuffer]] = {}
         self._rolled: dict[KernelSpectrum, FloatArray] = {}
 
@@ -147,33 +147,39 @@ class MirroredConvolution:
         odd_results: tuple[bool, ...],
     ) -> None:
         """Convolve `fields` into `results`; lines_of: gives the lines of their slots; name: of the convolution."""
-        kept = self._small.get(name)
-        if kept is None:
-            count, size = max(len(fields), len(results)), (self._count, self._half[0])
-            if self._by_matrices:
-                slots: list[FloatArray] = [np.zeros(size, self._float) for _ in range(count)]
-            else:
-                slots = self.team.arrays(count, size, self._float)
-            lines = lines_of(slots)
-            parts = even_parts(len(lines.sources[0][0]), self.padded[0] * self._complex.itemsize)
-            if self._by_matrices and len(parts) == 1:
-                kept = self._small[name] = slots, self._steps(lines, parts[0], self._buffers_of(0, parts, lines))
         transform = self._transform
-        if kept is not None:
-            slots, steps = kept
-            for field, odd, one in zip(fields, odd_fields, slots, strict=False):
-                transform.forward(field, odd, one)
-            steps()
-        else:
-            for field, odd, one in zip(fields, odd_fields, slots, strict=False):
-                transform.forward(field, odd, one)
-            for member in self.team.members(parts):
-                self._buffers_of(member, parts, lines)
-            self.team.share(
-                lambda member, part: self._steps(lines, part, self._buffers_of(member, parts, lines))(), parts
-            )
+        slots, steps = self._kept.get(name) or self._slots_and_steps(lines_of, name, max(len(fields), len(results)))
+        for field, odd, one in zip(fields, odd_fields, slots, strict=False):
+            transform.forward(field, odd, one)
+        steps()
         for one, odd, result in zip(slots, odd_results, results, strict=False):
             transform.backward(one, odd, result)
+
+    def _slots_and_steps(
+        self, lines_of: Callable[[list[FloatArray]], Lines], name: str, count: int
+    ) -> tuple[list[FloatArray], Callable[[], None]]:
+        """Return arrays for `count` fields' slots, and what convolves their lines along x.
+
+        On small grids both are kept, as making them would take 10 us of each convolution.
+        """
+        size = self._count, self._half[0]
+        parts = even_parts(self._count, self.padded[0] * self._complex.itemsize)
+        if len(parts) == 1:
+            slots: list[FloatArray] = [np.zeros(size, self._float) for _ in range(count)]
+            lines = lines_of(slots)
+            rows = slice(0, len(lines.sources[0][0]))
+            self._kept[name] = slots, self._steps(lines, rows, self._buffers_of(0, rows.stop, lines))
+            return self._kept[name]
+        slots = self.team.arrays(count, size, self._float)
+        lines = lines_of(slots)
+        parts = even_parts(len(lines.sources[0][0]), self.padded[0] * self._complex.itemsize)
+        most = parts[0].stop
+        buffers = [self._buffers_of(member, most, lines) for member in self.team.members(parts)]
+
+        def convolve(member: int, part: slice) -> None:
+            self._steps(lines, part, buffers[member])()
+
+        return slots, lambda: self.team.share(convolve, parts)
 
     def _steps(self, lines: Lines, part: slice, buffers: list[LineBuffer]) -> Callable[[], None]:
         """Return what convolves a part of `lines` along x."""
@@ -199,10 +205,9 @@ class MirroredConvolution:
 
         return convolve
 
-    def _buffers_of(self, member: int, parts: list[slice], lines: Lines) -> list[LineBuffer]:
-        """Return the buffers of a thread for parts of `lines`."""
-        rows, most = parts[0].stop, len(lines.sources)
-        own = self._buffers.setdefault((member, rows), [])
+    def _buffers_of(self, member: int, rows: int, lines: Lines) -> list[LineBuffer]:
+        """Return the buffers of a thread for so many rows of `lines`."""
+        own, most = self._buffers.setdefault((member, rows), []), len(lines.sources)
         own.extend(LineBuffer((rows, self.padded[0]), self._complex) for _ in range(most - len(own)))
         return own[:most]
 
