@@ -18,13 +18,14 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from work_unit import kernels_in_use, work_unit
+from work_unit import work_unit
 
 import fretsolve
-from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.increment import Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.simulation import increment_solver
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -93,9 +94,7 @@ def cost_of_path(job: Job, points: int) -> Cost:
 def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     """Return the cost of one increment; those before it are solved once."""
     setup = setup_of(job, points)
-    settings = setup.case.solver
-    limits, kernels = (settings.tolerance, settings.max_iterations), kernels_in_use()
-    solver = IncrementSolver(setup.grid, setup.separation(), setup.model, *limits, kernels=kernels)
+    solver = increment_solver(setup, setup.separation(), threads=1)
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
     nothing = np.zeros((2, *setup.grid.shape))
     start = InitialState(nothing[0], nothing, nothing, np.zeros(6))

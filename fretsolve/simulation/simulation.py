@@ -35,10 +35,10 @@ LARGEST_GROWTH = 3.0
 LEAST_TOLERANCE = 1e-8
 """Tolerance from which the rounding of `Change` does no harm."""
 
-LEAST_CELLS = 48 * 48
-"""Cells from which an increment of a run that may be saved is so estimated. It takes mode I.3 on 48 x 48 cells to 0.92
-of the time, on 64 x 64 to 0.85, on 128 x 128 to 0.8; on 32 x 32 to 1.07. Of the increments that are saved at once only
-the last one is saved with the estimate's part."""
+LEAST_CELLS = 32 * 32
+"""Cells from which an increment of a run that may be saved is so estimated. On 32 x 32 cells it takes mode I.3 to 0.87
+of the time, saved to 0.95, on 24 x 24 to 1.0. Of the increments that are saved at once only the last one is saved with
+the estimate's part."""
 
 if TYPE_CHECKING:
     from fretsolve.friction.bound import FrictionBound
@@ -77,7 +77,7 @@ def states_of(
     measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
     """
     separation = setup.separation()
-    contact = _contact(setup, _increment_solver(setup, separation, threads))
+    contact = _contact(setup, increment_solver(setup, separation, threads))
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     change = start.change if start is not None else None
@@ -127,7 +127,7 @@ def states_of(
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
 
 
-def _increment_solver(setup: ProblemSetup, separation: FloatArray, threads: int) -> IncrementSolver:
+def increment_solver(setup: ProblemSetup, separation: FloatArray, threads: int) -> IncrementSolver:
     """Return the solver of a problem's increments; separation: of the undeformed surfaces."""
     load_wisdom()
     return _solver_type(setup, separation)(
