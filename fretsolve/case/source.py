@@ -22,6 +22,7 @@ from fretsolve.system.foreign_files import read_bytes, read_pipe
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _LARGEST_FILE = 4 * 1024 * 1024
 _DEEPEST_NESTING = 50
+_TOO_DEEP = f"values are nested more than {_DEEPEST_NESTING} levels deep"
 _LARGEST_SIZE = 100_000
 _TAG = "tag:yaml.org,2002:"
 
@@ -201,13 +202,15 @@ def _refuse_excess(text: str) -> None:
             raise CaseError(f"there are more than {_LARGEST_SIZE} values", line=_line(event))
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST_NESTING:
-            raise CaseError(f"values are nested more than {_DEEPEST_NESTING} levels deep", line=_line(event))
+            raise CaseError(_TOO_DEEP, line=_line(event))
 
 
 def _syntax_error(error: yaml.MarkedYAMLError) -> CaseError:
     mark = error.problem_mark or error.context_mark
     line = mark.line + 1 if mark is not None else 1
     problem = error.problem or ""
+    if "nesting depth" in problem:  # the scanner's own limit, which newer releases of libyaml have
+        return CaseError(_TOO_DEEP, line=line)
     message = f"not valid YAML: {problem or error.context}"
     if error.context and problem:
         begun = error.context_mark.line + 1 if error.context_mark is not None else line

@@ -26,9 +26,9 @@ from typing import Any
 import numpy as np
 
 from fretsolve.elastic.batched_convolution import BatchedConvolution
+from fretsolve.elastic.cache_block import even_parts
 from fretsolve.elastic.fftw import padded_length, plan, pyfftw
 from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum, spectrum_of
-from fretsolve.elastic.line_buffer import even_parts
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.elastic.line_buffer import LineBuffer, even_parts
+from fretsolve.elastic.cache_block import CacheBlock, even_parts
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import FloatArray
 
@@ -60,7 +60,7 @@ class FastTransform:
         self._phases = np.exp(-0.5j * np.pi / slots * np.arange(slots)).astype(complex_type)
         parts = even_parts(self._pairs, slots * complex_type.itemsize)
         self._parts, size = parts, (parts[0].stop, slots)
-        self._buffers = [LineBuffer(size, complex_type) for _ in team.members(parts)]
+        self._buffers = [CacheBlock(size, complex_type) for _ in team.members(parts)]
 
     def forward(self, field: FloatArray, odd: bool, slots: FloatArray) -> None:
         """Write the coefficients of a field (nx, columns) into `slots`, (slots, nx)."""

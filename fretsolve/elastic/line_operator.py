@@ -64,6 +64,8 @@ class StripSpectra(dict[Influence, KernelSpectrum]):
 class LineOperator(ElasticOperator):
     """Applies the influence coefficients of strips. Arguments as for `ElasticOperator`."""
 
+    is_plain = False
+
     def __init__(
         self,
         grid: LineGrid,

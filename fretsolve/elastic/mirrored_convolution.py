@@ -21,10 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fretsolve.elastic.cache_block import CacheBlock, even_parts
 from fretsolve.elastic.fftw import fast_length, padded_length
 from fretsolve.elastic.half_transform import MOST_PRODUCTS, FastTransform, MatrixTransform
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum, spectrum_of
-from fretsolve.elastic.line_buffer import LineBuffer, even_parts
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import Fields, FloatArray
 
@@ -35,6 +35,10 @@ Pairs = list[tuple[FloatArray, FloatArray]]
 
 TANGENTIAL = False, True
 """Which of the components x and y of a tangential field are odd."""
+
+
+Name = str | tuple[KernelSpectrum, bool]
+"""Of a convolution: what it computes, or the kernel of a scalar one and whether its fields are odd."""
 
 
 class Lines(NamedTuple):
@@ -64,8 +68,8 @@ class MirroredConvolution:
         self._by_matrices = least * ny * nx <= MOST_PRODUCTS
         self._count = least if self._by_matrices else fast_length(least)
         self.padded = fast_length(nx) if periodic else padded_length(nx), 2 * self._count
-        self._kept: dict[str, tuple[list[FloatArray], Callable[[], None]]] = {}
-        self._buffers: dict[tuple[int, int], list[LineBuffer]] = {}
+        self._kept: dict[Name, tuple[list[FloatArray], Callable[[], None]]] = {}
+        self._buffers: dict[tuple[int, int], list[CacheBlock]] = {}
         self._rolled: dict[KernelSpectrum, FloatArray] = {}
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
@@ -80,7 +84,7 @@ class MirroredConvolution:
             both = [(slots[0][:pairs], slots[0][pairs:])]
             return Lines(self._kernels.multiply_slots, (values[:pairs], values[pairs:]), both, both)
 
-        self._apply(lines, "odd" if odd else "even", (field,), (odd,), (result,), (odd,))
+        self._apply(lines, (kernel, odd), (field,), (odd,), (result,), (odd,))
 
     def in_plane(self, spectra: Spectra, coupling: bool, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute a tangential result (2, nx, ny) from a tangential field (2, nx, ny).
@@ -140,7 +144,7 @@ class MirroredConvolution:
     def _apply(
         self,
         lines_of: Callable[[list[FloatArray]], Lines],
-        name: str,
+        name: Name,
         fields: Fields,
         odd_fields: tuple[bool, ...],
         results: Fields,
@@ -156,7 +160,7 @@ class MirroredConvolution:
             transform.backward(one, odd, result)
 
     def _slots_and_steps(
-        self, lines_of: Callable[[list[FloatArray]], Lines], name: str, count: int
+        self, lines_of: Callable[[list[FloatArray]], Lines], name: Name, count: int
     ) -> tuple[list[FloatArray], Callable[[], None]]:
         """Return arrays for `count` fields' slots, and what convolves their lines along x.
 
@@ -181,9 +185,14 @@ class MirroredConvolution:
 
         return slots, lambda: self.team.share(convolve, parts)
 
-    def _steps(self, lines: Lines, part: slice, buffers: list[LineBuffer]) -> Callable[[], None]:
+    def _steps(self, lines: Lines, part: slice, buffers: list[CacheBlock]) -> Callable[[], None]:
         """Return what convolves a part of `lines` along x."""
-        join, split, count, multiply = self._kernels.join_rows, self._kernels.split_rows, part.stop - part.start, lines.multiply
+        join, split, count, multiply = (
+            self._kernels.join_rows,
+            self._kernels.split_rows,
+            part.stop - part.start,
+            lines.multiply,
+        )
         joined = [
             (real[part], imaginary[part], buffer.source[:count], buffer.forward)
             for (real, imaginary), buffer in zip(lines.sources, buffers, strict=True)
@@ -205,10 +214,10 @@ class MirroredConvolution:
 
         return convolve
 
-    def _buffers_of(self, member: int, rows: int, lines: Lines) -> list[LineBuffer]:
+    def _buffers_of(self, member: int, rows: int, lines: Lines) -> list[CacheBlock]:
         """Return the buffers of a thread for so many rows of `lines`."""
         own, most = self._buffers.setdefault((member, rows), []), len(lines.sources)
-        own.extend(LineBuffer((rows, self.padded[0]), self._complex) for _ in range(most - len(own)))
+        own.extend(CacheBlock((rows, self.padded[0]), self._complex) for _ in range(most - len(own)))
         return own[:most]
 
     @cached_property

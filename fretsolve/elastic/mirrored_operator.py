@@ -66,7 +66,9 @@ class MirroredPreconditioner(Preconditioner):
 
     _convolution: MirroredConvolution
 
-    def _convolution_on(self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam) -> MirroredConvolution:
+    def _convolution_on(
+        self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam
+    ) -> MirroredConvolution:
         return MirroredConvolution(shape, dtype, team, periodic=True)
 
     def normal(self, displacement: FloatArray, traction: FloatArray) -> None:

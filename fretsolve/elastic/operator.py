@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -38,6 +38,9 @@ class ElasticOperator:
     coefficients, in the precision `dtype`, if they are known already; whole: operator on a small grid of the same
     spacing that has this one as a part, whose coefficients are used.
     """
+
+    is_plain: ClassVar[bool] = True
+    """Whether it applies the influence coefficients of rectangular cells as they are."""
 
     def __init__(
         self,

@@ -15,6 +15,8 @@ from fretsolve.system.arrays import FloatArray
 class OrthotropicOperator(ElasticOperator):
     """Applies M K M to scaled shear tractions; arguments as for `ElasticOperator` after `orthotropy`, M."""
 
+    is_plain = False
+
     def __init__(self, orthotropy: Orthotropy, *arguments: Any):
         super().__init__(*arguments)
         self._orthotropy = orthotropy

@@ -83,7 +83,7 @@ class GridLevel:
         """Solver of increments with few cells in contact, at most MOST_DIRECT_CELLS; None with compiled kernels, on a
         large grid, in single precision, in line contact and for orthotropic friction, whose operators are others."""
         small = self.grid.nx * self.grid.ny <= MOST_DIRECT_POINTS and self.operator.dtype is np.float64
-        if not small or self._compiled or type(self.operator) is not ElasticOperator:
+        if not small or self._compiled or not self.operator.is_plain:
             return None
         from fretsolve.solvers.direct import DirectSolver  # other grids and contacts of more cells need none of it
 

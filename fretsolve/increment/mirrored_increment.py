@@ -20,8 +20,9 @@ from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.model.grid import Grid, HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
+from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Change, nothing
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import BoolArray, FloatArray
 
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
 """Modes that a mirror image turns round: Mx or phi_x; Qy or delta_y, Mz or phi_z."""
@@ -39,14 +40,25 @@ class MirroredIncrementSolver(IncrementSolver):
     in the same way. On 64 x 64 points mode I.3 takes .. of the time.
     """
 
-    def __init__(self, grid: Grid, separation: FloatArray, *arguments: Any):
-        super().__init__(grid, separation, *arguments)
-        self._arguments = arguments
+    def __init__(
+        self,
+        grid: Grid,
+        separation: FloatArray,
+        model: Model,
+        tolerance: float,
+        max_iterations: int,
+        threads: int = 1,
+        map_border: BoolArray | None = None,
+        *arguments: Any,
+    ):
+        super().__init__(grid, separation, model, tolerance, max_iterations, threads, map_border, *arguments)
+        border = None if map_border is None else map_border[:, grid.ny // 2 :]
+        self._of_half = model, tolerance, max_iterations, threads, border, *arguments
 
     @cached_property
     def _half(self) -> IncrementSolver:
         """The solver on one half of the grid."""
-        return IncrementSolver(HalfGrid.of(self.grid), _half_of(self.separation), *self._arguments)
+        return IncrementSolver(HalfGrid.of(self.grid), _half_of(self.separation), *self._of_half)
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
@@ -87,10 +99,7 @@ class MirroredIncrementSolver(IncrementSolver):
             _even(evidence.gap), evidence.gap_scale, _vectors(evidence.slip), zones, resultants, evidence.certificate
         )
         return replace(
-            solved,
-            solution=solution,
-            evidence=whole,
-            operator_applications=-(-solved.operator_applications // 2),
+            solved, solution=solution, evidence=whole, operator_applications=-(-solved.operator_applications // 2)
         )
 
 

@@ -245,12 +245,8 @@ def multiply_in_plane(xx, yy, xy, lines):
         for i in range(half):
             p, n, across = line[i], mirrored[i], xy[r, i]
             mean, rest = one_half * (xx[r, i] + yy[r, i]), one_half * (xx[r, i] - yy[r, i])
-            line[i] = complex(
-                (mean - across) * p.real + rest * n.real, (mean - across) * p.imag - rest * n.imag
-            )
-            mirrored[i] = complex(
-                (mean + across) * n.real + rest * p.real, (mean + across) * n.imag - rest * p.imag
-            )
+            line[i] = complex((mean - across) * p.real + rest * n.real, (mean - across) * p.imag - rest * n.imag)
+            mirrored[i] = complex((mean + across) * n.real + rest * p.real, (mean + across) * n.imag - rest * p.imag)
         _give_negative(mirrored, line, length)
 
 

@@ -111,7 +111,6 @@ def combine(
         np.add(results, product, out=results)
 
 
-
 def multiply_slots(upper: FloatArray, lower: FloatArray, lines: ComplexArray) -> None:
     """Multiply lines (r, m) of two real fields by even kernels, in place: by `upper` their real parts, by `lower` the
     others.
@@ -175,14 +174,9 @@ def _put(lines: ComplexArray, positive: ComplexArray, negative: ComplexArray) ->
     lines[:, :half] = positive
 
 
-def _in_plane(
-    xx: FloatArray, yy: FloatArray, xy: FloatArray, positive: ComplexArray, negative: ComplexArray
-) -> Signs:
+def _in_plane(xx: FloatArray, yy: FloatArray, xy: FloatArray, positive: ComplexArray, negative: ComplexArray) -> Signs:
     mean, rest = 0.5 * (xx + yy), 0.5 * (xx - yy)
-    return (
-        (mean - xy) * positive + rest * negative.conj(),
-        (mean + xy) * negative + rest * positive.conj(),
-    )
+    return ((mean - xy) * positive + rest * negative.conj(), (mean + xy) * negative + rest * positive.conj())
 
 
 def _sideways(xz: FloatArray, yz: FloatArray, positive: ComplexArray, negative: ComplexArray) -> Signs:
@@ -191,10 +185,7 @@ def _sideways(xz: FloatArray, yz: FloatArray, positive: ComplexArray, negative: 
 
 def _upright(xz: FloatArray, yz: FloatArray, positive: ComplexArray, negative: ComplexArray) -> Signs:
     along, against = 0.5 * (xz - yz), 0.5 * (xz + yz)
-    return (
-        -1j * (along * positive + against * negative.conj()),
-        1j * (against * negative + along * positive.conj()),
-    )
+    return (-1j * (along * positive + against * negative.conj()), 1j * (against * negative + along * positive.conj()))
 
 
 def fold_rows(upper: FloatArray, lower: FloatArray, odd: bool, lines: ComplexArray) -> None:
@@ -244,4 +235,3 @@ def from_slots(upper: FloatArray, lower: FloatArray, phases: ComplexArray, odd: 
         values[:, 1:] = values[:, :0:-1].copy()
     lines[:, 0] = values[:, 0]
     lines[:, 1:] = phases[1:].conj() * (values[:, 1:] - 1j * values[:, :0:-1])
-

@@ -19,7 +19,6 @@ from fretsolve.increment.mirrored_increment import MirroredIncrementSolver, is_m
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
-from fretsolve.model.required_terms import Model
 from fretsolve.model.surface import map_border
 from fretsolve.result.state import Change, Fields, State, Summary, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up

@@ -13,6 +13,8 @@ from solving import DISSIMILAR, NO_POISSON, build, solve
 from fretsolve import run
 from fretsolve.elastic import influence
 from fretsolve.elastic.convolution import PaddedConvolution
+from fretsolve.elastic.mirrored_convolution import MirroredConvolution
+from fretsolve.elastic.mirrored_operator import MirroredOperator
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import TangentialSolver
@@ -59,8 +61,10 @@ def calls(monkeypatch):
     counting(influence, "influence_coefficients", lambda name, *_: f"coefficients {name}")
     counting(TangentialSolver, "__init__", lambda *_: "tangential solver")
     counting(NormalSolver, "solve", lambda *_: "normal solve")
-    for method in ("normal", "tangential", "tangential_from_pressure", "normal_from_shear", "all"):
-        counting(ElasticOperator, method, lambda *_, method=method: f"operator {method}")
+    for method in ("normal", "tangential", "tangential_from_pressure", "normal_from_shear"):
+        for operator in (ElasticOperator, MirroredOperator):
+            counting(operator, method, lambda *_, method=method: f"operator {method}")
+    counting(ElasticOperator, "all", lambda *_: "operator all")
     return counted
 
 
@@ -116,14 +120,23 @@ def test_an_increment_that_changes_nothing_costs_its_proof_alone(calls):
 def test_a_direction_without_load_is_not_transformed(monkeypatch):
     """Poisson's ratio 0 and a force along x: uy is 0 with qy, so no transform is spent on it."""
     transformed = []
-    original = PaddedConvolution.apply
 
-    def watched(self, kernels, fields, displacements, *turned):
-        transformed.append(len(fields))
-        assert any(field.any() for field in fields)
-        original(self, kernels, fields, displacements, *turned)
+    def watch(convolution, method, fields_of):
+        original = getattr(convolution, method)
 
-    monkeypatch.setattr(PaddedConvolution, "apply", watched)
+        def watched(self, *arguments):
+            transformed.append(len(fields_of(*arguments)))
+            assert any(field.any() for field in fields_of(*arguments))
+            original(self, *arguments)
+
+        monkeypatch.setattr(convolution, method, watched)
+
+    watch(PaddedConvolution, "apply", lambda kernels, fields, *_: fields)
+    watch(MirroredConvolution, "_apply", lambda lines_of, name, fields, *_: fields)
+    states_of("force, Poisson's ratio 0")
+    assert set(transformed) == {1}
+    transformed.clear()
+    monkeypatch.setattr("fretsolve.simulation.simulation.is_mirrored", lambda *_: False)
     states_of("force, Poisson's ratio 0")
     assert set(transformed) == {1}
 

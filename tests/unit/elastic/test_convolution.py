@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import convolve2d
 
-from fretsolve.elastic import convolution
+from fretsolve.elastic import cache_block, convolution
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import padded_length
 
@@ -69,7 +69,7 @@ def test_blocks_do_not_matter(monkeypatch):
     values, field = quadrant(shape, True, True), np.random.default_rng(3).normal(size=shape)
     results = []
     for cache in (400 * 1024, 3000):
-        monkeypatch.setattr(convolution, "CACHE_BYTES", cache)
+        monkeypatch.setattr(cache_block, "CACHE_BYTES", cache)
         padded = PaddedConvolution(shape)
         kernel = padded.kernel_spectrum(values, True, True)
         results.append(convolve(padded, ((kernel,),), [field])[0])
@@ -127,6 +127,6 @@ def test_whole_arrays_and_blocks_give_the_same(monkeypatch, dtype):
 
 @pytest.mark.parametrize("lines", [3, 7, 50, 128, 170, 256, 301, 512])
 def test_blocks_of_lines_are_one_or_an_even_number(lines: int) -> None:
-    blocks = convolution._parts(lines, convolution.CACHE_BYTES // 50)
+    blocks = cache_block.even_parts(lines, cache_block.CACHE_BYTES // 50)
     assert [line for block in blocks for line in range(lines)[block]] == list(range(lines))
     assert len(blocks) == 1 if lines < 50 else len(blocks) % 2 == 0

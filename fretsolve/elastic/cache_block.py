@@ -15,7 +15,7 @@ LEAST_MEASURED = 2**14
 """Numbers from which plans are measured. On small grids that would take 0.3 s for each and gain a tenth."""
 
 
-class LineBuffer:
+class CacheBlock:
     """Two arrays of lines (r, m), between which `forward` and `backward` transform; both lose what they start from."""
 
     def __init__(self, shape: tuple[int, int], dtype: np.dtype[Any]):
