@@ -17,6 +17,7 @@ from fretsolve.commands.messages.case_summary import (
     accuracy_lines,
     grid_line,
     material_lines,
+    mirror_lines,
     model_table,
     path_length,
     stage_lines,
@@ -65,6 +66,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield from material_lines(setup)
     yield "\n# grid"
     yield grid_line(setup)
+    yield from mirror_lines(setup)
     yield from accuracy_lines(setup)
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)

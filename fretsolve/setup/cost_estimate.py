@@ -20,6 +20,7 @@ from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import ModelPart
+from fretsolve.setup.mirror_images import expected_mirrored_increments
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.environment import address_space
 
@@ -96,12 +97,14 @@ def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     weights = _weights(setup)
     cells, increments, terms = math.prod(setup.grid.shape), _expected(setup, weights), setup.model.terms
+    # increments that are mirror images are solved on half of the cells
+    solved = 1.0 - 0.5 * expected_mirrored_increments(setup) / max(setup.load_path.increments, 1)
     compiled, single = setup.compiled, setup.case.solver.precision == "single"
     bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.
     applications = _applications(setup, increments, weights)
     slowness = 1.0 if compiled else NUMPY_SLOWNESS
-    effort = cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * slowness
+    effort = solved * cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * slowness
     seconds = {part: CELL_COSTS[part][1] * effort * count for part, count in applications.items()}
     seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
     seconds["ux from qy, uy from qx"] = 0.45 * seconds["tangential problem"]
@@ -128,7 +131,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
         shares=shares,
         memory=fixed + in_cells,
         file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
-        applications=round(sum(applications.values()) * (1.0 + COARSE_APPLICATIONS * bars)),
+        applications=round(solved * sum(applications.values()) * (1.0 + COARSE_APPLICATIONS * bars)),
         seconds=own_seconds + on_coarse_grids * bars,
         saved=(cell_bytes * (1.0 / SINGLE - 1.0) + trend) * with_coarse if single else 0.0,
     )

@@ -21,6 +21,7 @@ from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.model.surface import map_border
 from fretsolve.result.state import Change, Fields, State, Summary, Zone
+from fretsolve.setup.mirror_images import may_be_mirrored
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
 from fretsolve.simulation.located_errors import locate
@@ -248,7 +249,7 @@ def _solver_type(setup: ProblemSetup, separation: FloatArray) -> type[IncrementS
         from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver
 
         return OrthotropicIncrementSolver
-    if setup.wear is None and model.bulk is None and is_mirrored(setup.grid, separation):
+    if may_be_mirrored(setup) and is_mirrored(setup.grid, separation):
         return MirroredIncrementSolver
     return IncrementSolver
 

@@ -9,6 +9,7 @@ from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
+from fretsolve.setup.mirror_images import expected_mirrored_increments
 from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_LISTED = 40
@@ -58,6 +59,15 @@ def grid_line(setup: ProblemSetup) -> str:
         f"{grid.nx} x {grid.ny} cells of {grid.dx:.4g} x {grid.dy:.4g} mm"
         f" on {grid.size[0]:.4g} x {grid.size[1]:.4g} mm{chosen}{at}"
     )
+
+
+def mirror_lines(setup: ProblemSetup) -> list[str]:
+    """Return a line with the increments that are solved on one half of the grid, if there are any."""
+    count, increments = expected_mirrored_increments(setup), setup.load_path.increments
+    if not count:
+        return []
+    which = "all increments" if count == increments else f"the first {counted(count, 'increment')}"
+    return [f"mirror images about y = 0: {which} are solved on the half y > 0"]
 
 
 def accuracy_lines(setup: ProblemSetup) -> list[str]:

@@ -1,0 +1,40 @@
+"""Increments of a case that are mirror images of themselves about y = 0, and so are solved on one half of the grid."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fretsolve.errors import CaseError, FileError
+from fretsolve.increment.mirrored_increment import is_mirrored
+from fretsolve.model.surface import separation
+from fretsolve.setup.problem_setup import ProblemSetup
+
+TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z"}
+"""Loads and motions that a mirror image turns round."""
+
+SAMPLED_ROWS = 5
+"""Rows of the grid from which `expected_mirrored_increments` takes that the surfaces are mirror images."""
+
+
+def may_be_mirrored(setup: ProblemSetup) -> bool:
+    """Return whether nothing in the model needs whole grids, as friction that varies, wear and bulk stress do."""
+    model = setup.model
+    varied = setup.friction is not None or model.orthotropy is not None
+    return not (model.line or varied or setup.wear is not None or model.bulk is not None)
+
+
+def expected_mirrored_increments(setup: ProblemSetup) -> int:
+    """Return how many increments are mirror images, from the first one on; as far as some rows of the grid tell."""
+    grid = setup.grid
+    rows = np.unique(np.linspace(0, grid.nx - 1, SAMPLED_ROWS).astype(int))
+    try:
+        if not may_be_mirrored(setup) or not is_mirrored(grid, separation(setup.case.surface, grid.x[rows], grid.y)):
+            return 0
+    except (CaseError, FileError):  # a height map that the run refuses with its place in the case
+        return 0
+    count = 0
+    for stage, increments in zip(setup.case.stages(), setup.load_path.counts, strict=True):
+        if any(value for name, value in stage.targets if name in TURNED):
+            break
+        count += increments
+    return count
