@@ -28,11 +28,6 @@ ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
 """Modes that a mirror image turns round: Mx or phi_x; Qy or delta_y, Mz or phi_z."""
 
 
-def is_mirrored(grid: Grid, separation: FloatArray) -> bool:
-    """Return whether surfaces (nx, ny) on a grid are mirror images of themselves about y = 0, to the last bit."""
-    return grid.ny % 2 == 0 and grid.y0 == 0.0 and np.array_equal(separation, separation[:, ::-1])
-
-
 class MirroredIncrementSolver(IncrementSolver):
     """Solves the increments of surfaces that are mirror images of themselves: such increments on one half of the grid.
 

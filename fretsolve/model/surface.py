@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.case.keys.surface_specs import CylinderSurface, PunchSurface, Surface
-from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.model.grid import Grid
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 if TYPE_CHECKING:
     from fretsolve.model.height_map import HeightMap
@@ -53,6 +54,11 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
 
                 total += height_map_separation(surface, from_x, from_y, ("surface", index, "heights"))
     return total
+
+
+def is_mirrored(grid: Grid, separation: FloatArray) -> bool:
+    """Return whether surfaces (nx, ny) on a grid are mirror images of themselves about y = 0, to the last bit."""
+    return grid.ny % 2 == 0 and grid.y0 == 0.0 and np.array_equal(separation, separation[:, ::-1])
 
 
 def map_border(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> BoolArray | None:

@@ -68,12 +68,21 @@ def automatic_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     return max(unworn[0], least), max(unworn[1], least)
 
 
+def coarse_points(points: int, factor: int) -> int:
+    """Return the points of a side on which a coarse run has a `factor`-th of `points`, at least.
+
+    An even number becomes an even one, so that mirror images stay solved on one half of the grid.
+    """
+    found = max(min(points, FEWEST_COARSE_POINTS), math.ceil(points / factor))
+    return found + found % 2 * (points % 2 == 0)
+
+
 def room_for_coarse_runs(points: int) -> float:
     """Return the factor on an automatic side of `points` that lets the coarse runs of error bars hold the contact.
 
-    It is 1 from 34 points on.
+    It is 1 from 33 points on.
     """
-    coarse = max(math.ceil(points / COARSENED), FEWEST_COARSE_POINTS)
+    coarse = coarse_points(points, COARSENED)
     return max(1.0, coarse / (coarse - 2.0 * FREE_COARSE_CELLS) / AREA_MARGIN)
 
 

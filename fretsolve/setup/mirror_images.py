@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.increment.mirrored_increment import is_mirrored
-from fretsolve.model.surface import separation
+from fretsolve.model.surface import is_mirrored, separation
 from fretsolve.setup.problem_setup import ProblemSetup
 
 TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z"}

@@ -18,7 +18,7 @@ from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
-from fretsolve.setup.contact_size import COARSENED, FEWEST_COARSE_POINTS
+from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.path_points import PathPoint, at_point, between_common_points, common_points
 from fretsolve.simulation.quantity_estimates import TOTAL
@@ -281,11 +281,11 @@ def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
 
 
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out: Collection[int] = ()) -> ProblemSetup:
-    """Return the problem on a `factor`-th of the points per side (rounded up), with `counts` increments per stage.
+    """Return the problem on a `factor`-th of the points per side (`coarse_points`), with `counts` increments per stage.
 
     left_out: see `LoadPath.with_counts`.
     """
-    nx, ny = (max(min(points, FEWEST_COARSE_POINTS), -(-points // factor)) for points in setup.grid.shape)
+    nx, ny = (coarse_points(points, factor) for points in setup.grid.shape)
     grid = setup.grid.cut_into(nx, ny)
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))

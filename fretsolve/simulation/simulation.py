@@ -15,11 +15,11 @@ from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
 from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.mirrored_increment import MirroredIncrementSolver, is_mirrored
+from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
-from fretsolve.model.surface import map_border
+from fretsolve.model.surface import is_mirrored, map_border
 from fretsolve.result.state import Change, Fields, State, Summary, Zone
 from fretsolve.setup.mirror_images import may_be_mirrored
 from fretsolve.setup.problem_setup import ProblemSetup, set_up

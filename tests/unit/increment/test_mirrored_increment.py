@@ -8,7 +8,8 @@ from solving import DISSIMILAR, LOAD, SIMILAR, build
 
 import fretsolve
 from fretsolve.increment.increment import IncrementSolver
-from fretsolve.increment.mirrored_increment import MirroredIncrementSolver, is_mirrored
+from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
+from fretsolve.model.surface import is_mirrored
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.simulation import increment_solver
 

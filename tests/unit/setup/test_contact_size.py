@@ -9,13 +9,7 @@ from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, build
 from fretsolve.errors import CaseError
 from fretsolve.model.load_control import LoadControl
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
-from fretsolve.setup.contact_size import (
-    AREA_MARGIN,
-    COARSENED,
-    FEWEST_COARSE_POINTS,
-    contact_size,
-    room_for_coarse_runs,
-)
+from fretsolve.setup.contact_size import AREA_MARGIN, COARSENED, contact_size, room_for_coarse_runs
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.coarse_runs import coarser
 from fretsolve.simulation.error_bars import run_with_error_bars
@@ -144,6 +138,6 @@ def test_a_given_size_stays_with_error_bars():
 
 
 def test_room_is_for_the_coarsest_of_the_coarse_runs():
-    for points in (16, 30, 47):
+    for points, expected in ((16, 8), (30, 10), (32, 12), (33, 11), (47, 16), (64, 22), (100, 34)):
         coarse = coarser(set_up(build(grid={"points": points})), COARSENED, (1,))
-        assert coarse.grid.nx == max(math.ceil(points / COARSENED), FEWEST_COARSE_POINTS)
+        assert coarse.grid.nx == coarse.grid.ny == expected
