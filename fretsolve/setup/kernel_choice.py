@@ -7,10 +7,13 @@ resumed run gives the same bits.
 
 from __future__ import annotations
 
-from fretsolve.model.grid import Grid
-from fretsolve.model.load_path import LoadPath
-from fretsolve.model.required_terms import Model
+from typing import TYPE_CHECKING
+
+from fretsolve.setup.mirror_images import expected_share_of_cells
 from fretsolve.system.environment import compiler_asked, compiler_installed
+
+if TYPE_CHECKING:
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 LOAD_SECONDS = 0.8
 """Processor time of loading numba and the compiled kernels from disk."""
@@ -21,12 +24,13 @@ tangential one as well, and where both are solved in turns. From 32 x 32 to 256 
 third (`python benchmarks/small_grids.py`, `python benchmarks/bench_path.py`)."""
 
 
-def seconds_saved(model: Model, grid: Grid, load_path: LoadPath) -> float:
+def seconds_saved(setup: ProblemSetup) -> float:
     """Return how many seconds the compiled kernels save in the increments of a run."""
+    model = setup.model
     coupled = model.has_shear and model.terms.normal_tangential_coupling
     parts = [NORMAL, *[TANGENTIAL] * model.has_shear, *[COUPLED] * coupled]
-    cells = grid.nx * grid.ny
-    return load_path.increments * sum(per_call + per_cell * cells for per_call, per_cell in parts)
+    cells = expected_share_of_cells(setup) * setup.grid.nx * setup.grid.ny
+    return setup.load_path.increments * sum(per_call + per_cell * cells for per_call, per_cell in parts)
 
 
 def compiling_pays(saved: float) -> bool:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fretsolve.errors import CaseError, FileError
 from fretsolve.model.surface import is_mirrored, separation
-from fretsolve.setup.problem_setup import ProblemSetup
+
+if TYPE_CHECKING:
+    from fretsolve.setup.problem_setup import ProblemSetup
 
 TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z"}
 """Loads and motions that a mirror image turns round."""
@@ -37,3 +41,8 @@ def expected_mirrored_increments(setup: ProblemSetup) -> int:
             break
         count += increments
     return count
+
+
+def expected_share_of_cells(setup: ProblemSetup) -> float:
+    """Return the part of the grid on which increments are solved, a mean over all of them: from one half to 1."""
+    return 1.0 - 0.5 * expected_mirrored_increments(setup) / max(setup.load_path.increments, 1)

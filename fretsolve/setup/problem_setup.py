@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -214,5 +214,5 @@ def _set_up(case: Case) -> ProblemSetup:
         )
     wear = None if case.wear is None else _wear_law(case.wear)
     picked = picks(asked, case, points, load_path)
-    compiled = compiling_pays(seconds_saved(model, grid, load_path))
-    return ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, compiled, friction, wear)
+    setup = ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, False, friction, wear)
+    return replace(setup, compiled=compiling_pays(seconds_saved(setup)))

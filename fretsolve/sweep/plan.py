@@ -55,7 +55,7 @@ class _Survey:
         setup, expected = prepared.setup, prepared.expected
         self.rows.append(prepared.row(len(self.rows)))
         self.file_bytes[prepared.id] = expected.file
-        self.seconds_saved[prepared.id] = seconds_saved(setup.model, setup.grid, setup.load_path)
+        self.seconds_saved[prepared.id] = seconds_saved(setup)
         self.beginnings[prepared.id] = beginnings_of(setup, prepared.header, expected.seconds)
         self.warnings |= dict.fromkeys(setup.model.warnings)
         last = len(setup.load_path.last_steps)
