@@ -71,8 +71,8 @@ class IncrementSolver:
         self.grid, self.separation, self.model, self._map_border = grid, separation, model, map_border
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self._precision, self._single = precision, precision is np.float32
-        self._team = ThreadTeam(threads, kernels)
-        self.level = GridLevel(grid, model, self._team, precision)
+        self.team = ThreadTeam(threads, kernels)
+        self.level = GridLevel(grid, model, self.team, precision)
         self._examiner = self._examiner_type(
             separation, model.friction, grid, tolerance, model.may_slip, precision, self.level.operator.kernels
         )
@@ -159,7 +159,7 @@ class IncrementSolver:
         """Free the memory of a part of an increment, on a large grid, before the next part needs its own."""
         if self._large:
             level.release()
-            self._team.release()
+            self.team.release()
             return_freed_memory()
 
     def _region_for(self, expected: BoolArray, free: int) -> tuple[ActiveRegion, StaggeredIteration]:
@@ -179,7 +179,7 @@ class IncrementSolver:
             if region.count < self.grid.nx * self.grid.ny:
                 part = region.part_of(self.grid)
                 whole = None if self._large else self.level.operator
-                level = GridLevel(part, self.model, self._team, self._precision, whole)
+                level = GridLevel(part, self.model, self.team, self._precision, whole)
             separation = self.separation[region.cells]
             iteration = StaggeredIteration(level, separation, self.model, self.max_iterations, self.tolerance)
         self._iterations[region] = iteration
@@ -234,7 +234,7 @@ class IncrementSolver:
                 operator.tangential_from_pressure(work.pressure, displacement)
         previous = displacement - self._moved(start, work) if self._single else start.displacement
         if self._large:
-            self._team.release()
+            self.team.release()
             return_freed_memory()
         motion = work.rigid - start.rigid
         mismatch = start.largest_mismatch(work.pressure)

@@ -6,6 +6,7 @@ acted: in modes I and II, for example. p, qx and their displacements are even in
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -17,6 +18,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.kernels.on_grid import parts_of
 from fretsolve.model.grid import Grid, HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
@@ -73,29 +75,43 @@ class MirroredIncrementSolver(IncrementSolver):
     def _whole(self, solved: Solved, start: InitialState) -> Solved:
         """Return an increment of one half as one of the whole grid."""
         one, evidence = solved.solution, solved.evidence
-        previous = start.displacement
-        if one.previous_displacement.base is not previous and self._single:
-            previous = _vectors(one.previous_displacement)
+        pressure, uz, gap, zone, shear, displacement, slip = self._unfolded(
+            one.pressure, one.uz, evidence.gap, evidence.zone, one.shear, one.displacement, evidence.slip
+        )
+        # in single precision the displacement before follows from that after the increment
+        previous = self._unfolded(one.previous_displacement)[0] if self._single else start.displacement
         solution = Solution(
-            _even(one.pressure),
-            _vectors(one.shear),
-            _even(one.uz),
-            _vectors(one.displacement),
-            one.rigid,
-            one.motion,
-            previous,
-            one.mismatch,
-            one.friction,
+            pressure, shear, uz, displacement, one.rigid, one.motion, previous, one.mismatch, one.friction
         )
         resultants = evidence.resultants.copy()
         resultants[[1, 4, 5]] = 0.0
-        zones = _even(evidence.zone)
-        whole = Evidence(
-            _even(evidence.gap), evidence.gap_scale, _vectors(evidence.slip), zones, resultants, evidence.certificate
-        )
-        return replace(
-            solved, solution=solution, evidence=whole, operator_applications=-(-solved.operator_applications // 2)
-        )
+        found = Evidence(gap, evidence.gap_scale, slip, zone, resultants, evidence.certificate)
+        applications = math.ceil(0.5 * solved.operator_applications)
+        return replace(solved, solution=solution, evidence=found, operator_applications=applications)
+
+    def _unfolded(self, *halves: NDArray[Any]) -> list[NDArray[Any]]:
+        """Return the whole of fields (nx, ny/2), even in y, and of tangential fields (2, nx, ny/2), odd along y."""
+        columns, wholes, copies = self.grid.ny // 2, [], []
+        for half in halves:
+            shape = *half.shape[:-1], self.grid.ny
+            if half.strides[-1] == 0:
+                wholes.append(nothing(shape))
+                continue
+            wholes.append(np.empty(shape, half.dtype))
+            components = [(half, wholes[-1])] if half.ndim == 2 else list(zip(half, wholes[-1], strict=True))
+            copies += [(*pair, odd == 1) for odd, pair in enumerate(components)]
+
+        def copy(_: int, part: tuple[NDArray[Any], NDArray[Any], bool, slice]) -> None:
+            half, whole, odd, rows = part
+            whole[rows, columns:] = half[rows]
+            if odd:
+                np.subtract(0.0, half[rows, ::-1], out=whole[rows, :columns])  # 0 stays 0
+            else:
+                whole[rows, :columns] = half[rows, ::-1]
+
+        rows = [slice(*part) for part in parts_of(self.grid.shape)]
+        self._half.team.share(copy, [(*one, part) for one in copies for part in rows])
+        return wholes
 
 
 def _is_even(increment: Increment, start: InitialState) -> bool:
@@ -139,21 +155,3 @@ def _half_of_start(start: InitialState) -> InitialState:
     fields = _half_of(start.pressure), _half_of(start.shear), _half_of(start.displacement)
     gap = None if start.gap is None else _half_of(start.gap)
     return InitialState(*fields, start.rigid, normal, trend=trend, gap=gap)
-
-
-def _even(half: NDArray[Any]) -> NDArray[Any]:
-    """Return the whole of a field that is even in y, (nx, ny) of (nx, ny/2)."""
-    return np.concatenate([half[..., ::-1], half], axis=-1)
-
-
-def _vectors(half: FloatArray) -> FloatArray:
-    """Return the whole of a tangential field, (2, nx, ny) of (2, nx, ny/2): its x is even in y, its y is odd."""
-    shape = *half.shape[:-1], 2 * half.shape[-1]
-    if half.strides[-1] == 0:
-        return nothing(shape)
-    whole = np.empty(shape, half.dtype)
-    columns = half.shape[-1]
-    whole[..., columns:] = half
-    whole[0, :, :columns] = half[0, :, ::-1]
-    np.subtract(0.0, half[1, :, ::-1], out=whole[1, :, :columns])  # 0 stays 0
-    return whole
