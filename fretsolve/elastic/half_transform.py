@@ -10,17 +10,22 @@ or G_s, but slot 0 of an odd one holds G_N. They belong to the Fourier series F_
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from fretsolve.elastic.cache_block import CacheBlock, even_parts
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import Fields, FloatArray
 
 MOST_PRODUCTS = 2**18
 """Products of numbers up to which a transform is one of matrices, about 80 x 80 cells. Larger ones would be shared out
 among threads of BLAS's own."""
+
+
+MOST_FIELDS = 3
+"""Fields of a convolution at most: p, qx and qy."""
 
 
 class MatrixTransform:
@@ -37,13 +42,15 @@ class MatrixTransform:
         self._forward = [(2.0 * values).astype(dtype) for values in (even, odd)]
         self._backward = [(weights * values).astype(dtype) for values in (even, odd)]
 
-    def forward(self, field: FloatArray, odd: bool, slots: FloatArray) -> None:
-        """Write the coefficients of a field (nx, columns) into `slots`, (slots, nx)."""
-        np.matmul(self._forward[odd], field.T, out=slots, casting="same_kind")
+    def forward(self, fields: Fields, odd: Sequence[bool], slots: Sequence[FloatArray]) -> None:
+        """Write the coefficients of fields (nx, columns) into as many of the `slots`, (slots, nx)."""
+        for field, is_odd, found in zip(fields, odd, slots, strict=False):
+            np.matmul(self._forward[is_odd], field.T, out=found, casting="same_kind")
 
-    def backward(self, slots: FloatArray, odd: bool, field: FloatArray) -> None:
-        """Write the field (nx, columns) with the coefficients `slots`, (slots, nx)."""
-        np.matmul(slots.T, self._backward[odd], out=field, casting="same_kind")
+    def backward(self, slots: Sequence[FloatArray], odd: Sequence[bool], fields: Fields) -> None:
+        """Write the fields (nx, columns) with the coefficients `slots`, (slots, nx)."""
+        for values, is_odd, field in zip(slots, odd, fields, strict=False):
+            np.matmul(values.T, self._backward[is_odd], out=field, casting="same_kind")
 
 
 class FastTransform:
@@ -56,33 +63,37 @@ class FastTransform:
 
     def __init__(self, shape: tuple[int, int], slots: int, dtype: np.dtype[Any], team: ThreadTeam):
         complex_type = np.result_type(dtype, np.complex64)
-        self._team, self._kernels, self._pairs = team, team.kernels.spectral, (shape[0] + 1) // 2
+        self._team, self._kernels, pairs = team, team.kernels.spectral, (shape[0] + 1) // 2
         self._phases = np.exp(-0.5j * np.pi / slots * np.arange(slots)).astype(complex_type)
-        parts = even_parts(self._pairs, slots * complex_type.itemsize)
-        self._parts, size = parts, (parts[0].stop, slots)
-        self._buffers = [CacheBlock(size, complex_type) for _ in team.members(parts)]
+        parts = even_parts(pairs, slots * complex_type.itemsize)
+        self._halves = [(part, slice(pairs + part.start, pairs + part.stop)) for part in parts]
+        members = team.members(range(MOST_FIELDS * len(parts)))
+        self._blocks = [CacheBlock((parts[0].stop, slots), complex_type) for _ in members]
 
-    def forward(self, field: FloatArray, odd: bool, slots: FloatArray) -> None:
-        """Write the coefficients of a field (nx, columns) into `slots`, (slots, nx)."""
+    def forward(self, fields: Fields, odd: Sequence[bool], slots: Sequence[FloatArray]) -> None:
+        """Write the coefficients of fields (nx, columns) into as many of the `slots`, (slots, nx)."""
 
-        def transform(member: int, part: slice) -> None:
+        def transform(member: int, rows: tuple[FloatArray, bool, FloatArray, slice, slice]) -> None:
             """Transform some rows and, as their imaginary parts, as many of the lower half."""
-            buffer, lower = self._buffers[member], slice(self._pairs + part.start, self._pairs + part.stop)
-            count = part.stop - part.start
-            self._kernels.fold_rows(field[part], field[lower], odd, buffer.source[:count])
-            buffer.forward()
-            self._kernels.to_slots(buffer.target[:count], self._phases, odd, slots[:, part], slots[:, lower])
+            field, is_odd, found, upper, lower = rows
+            block, count = self._blocks[member], upper.stop - upper.start
+            self._kernels.fold_rows(field[upper], field[lower], is_odd, block.source[:count])
+            block.forward()
+            self._kernels.to_slots(block.target[:count], self._phases, is_odd, found[:, upper], found[:, lower])
 
-        self._team.share(transform, self._parts)
+        # handed out for all fields at once, which spares two of the five hand-outs of a convolution of the shear
+        fields_of = list(zip(fields, odd, slots, strict=False))
+        self._team.share(transform, [(*one, *rows) for one in fields_of for rows in self._halves])
 
-    def backward(self, slots: FloatArray, odd: bool, field: FloatArray) -> None:
-        """Write the field (nx, columns) with the coefficients `slots`, (slots, nx)."""
+    def backward(self, slots: Sequence[FloatArray], odd: Sequence[bool], fields: Fields) -> None:
+        """Write the fields (nx, columns) with the coefficients `slots`, (slots, nx)."""
 
-        def transform(member: int, part: slice) -> None:
-            buffer, lower = self._buffers[member], slice(self._pairs + part.start, self._pairs + part.stop)
-            count = part.stop - part.start
-            self._kernels.from_slots(slots[:, part], slots[:, lower], self._phases, odd, buffer.target[:count])
-            buffer.backward()
-            self._kernels.unfold_rows(buffer.source[:count], odd, field[part], field[lower])
+        def transform(member: int, rows: tuple[FloatArray, bool, FloatArray, slice, slice]) -> None:
+            values, is_odd, field, upper, lower = rows
+            block, count = self._blocks[member], upper.stop - upper.start
+            self._kernels.from_slots(values[:, upper], values[:, lower], self._phases, is_odd, block.target[:count])
+            block.backward()
+            self._kernels.unfold_rows(block.source[:count], is_odd, field[upper], field[lower])
 
-        self._team.share(transform, self._parts)
+        fields_of = list(zip(slots, odd, fields, strict=False))
+        self._team.share(transform, [(*one, *rows) for one in fields_of for rows in self._halves])

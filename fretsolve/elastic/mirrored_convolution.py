@@ -153,11 +153,9 @@ class MirroredConvolution:
         """Convolve `fields` into `results`; lines_of: gives the lines of their slots; name: of the convolution."""
         transform = self._transform
         slots, steps = self._kept.get(name) or self._slots_and_steps(lines_of, name, max(len(fields), len(results)))
-        for field, odd, one in zip(fields, odd_fields, slots, strict=False):
-            transform.forward(field, odd, one)
+        transform.forward(fields, odd_fields, slots)
         steps()
-        for one, odd, result in zip(slots, odd_results, results, strict=False):
-            transform.backward(one, odd, result)
+        transform.backward(slots, odd_results, results)
 
     def _slots_and_steps(
         self, lines_of: Callable[[list[FloatArray]], Lines], name: Name, count: int

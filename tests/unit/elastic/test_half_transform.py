@@ -37,7 +37,7 @@ def test_series(shape, slots, odd, compiled):
     field = np.random.default_rng(0).normal(size=shape)
     for transform in transforms(shape, slots, compiled):
         found, back = np.empty((slots, shape[0])), np.empty(shape)
-        transform.forward(field, odd, found)
+        transform.forward([field], [odd], [found])
         assert found == pytest.approx(series(field, slots, odd), abs=1e-12)
-        transform.backward(found, odd, back)
+        transform.backward([found], [odd], [back])
         assert back == pytest.approx(2 * slots * field, abs=1e-11)
