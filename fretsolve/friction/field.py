@@ -54,10 +54,15 @@ class FrictionField:
         along_y = np.zeros(1) if isinstance(grid, LineGrid) else offsets * grid.dy
         total, least = np.zeros(grid.shape), np.zeros(grid.shape)
         for dx in offsets * grid.dx:
-            for dy in along_y:
-                values = self.at(grid.x + dx, grid.y + dy)
-                total += values
-                np.minimum(least, values, out=least)
+            for dy in along_y[: along_y.size // 2]:  # in pairs, so that mirror images about y = 0 have the same sums
+                one, other = self.at(grid.x + dx, grid.y + dy), self.at(grid.x + dx, grid.y - dy)
+                total += one + other
+                for values in (one, other):
+                    np.minimum(least, values, out=least)
+            if along_y.size % 2:
+                middle = self.at(grid.x + dx, grid.y)
+                total += middle
+                np.minimum(least, middle, out=least)
         mean: DoubleArray = np.where(least < 0.0, least, total / (POINTS_IN_A_CELL * along_y.size))
         return mean
 

@@ -59,7 +59,7 @@ class MirroredIncrementSolver(IncrementSolver):
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
-        if not _is_even(increment, start):
+        if not (_is_even_field(self.separation) and _is_even(increment, start)):
             return super().solve(increment, start)
         before = self._half.applications
         normal, tangential = _even_part(increment.normal, ODD_NORMAL), _even_part(increment.tangential, ODD_TANGENTIAL)
@@ -81,7 +81,7 @@ class MirroredIncrementSolver(IncrementSolver):
         # in single precision the displacement before follows from that after the increment
         previous = self._unfolded(one.previous_displacement)[0] if self._single else start.displacement
         solution = Solution(
-            pressure, shear, uz, displacement, one.rigid, one.motion, previous, one.mismatch, one.friction
+            pressure, shear, uz, displacement, one.rigid, one.motion, previous, one.mismatch, start.friction
         )
         resultants = evidence.resultants.copy()
         resultants[[1, 4, 5]] = 0.0
@@ -119,19 +119,25 @@ def _is_even(increment: Increment, start: InitialState) -> bool:
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
         if any(control.values[mode] for mode in odd):
             return False
-    if start.rigid[[1, 4, 5]].any() or start.mismatch is not None or start.friction is not None:
+    coefficient = 0.0 if start.friction is None else start.friction.coefficient
+    if start.rigid[[1, 4, 5]].any() or not _is_even_field(start.pressure):
         return False
-    if not _is_even_field(start.pressure):
+    if not isinstance(coefficient, float) and not _is_even_field(coefficient):
         return False
     return all(
-        field.strides[-1] == 0 or (_is_even_field(field[0]) and np.array_equal(field[1], -field[1, :, ::-1]))
-        for field in (start.shear, start.displacement)
+        field is None or field.strides[-1] == 0 or (_is_even_field(field[0]) and _is_odd_field(field[1]))
+        for field in (start.shear, start.displacement, start.elastic_slip, start.mismatch)
     )
 
 
 def _is_even_field(field: FloatArray) -> bool:
     half = field.shape[1] // 2
     return np.array_equal(field[:, half:], field[:, half - 1 :: -1])
+
+
+def _is_odd_field(field: FloatArray) -> bool:
+    half = field.shape[1] // 2
+    return np.array_equal(field[:, half:], -field[:, half - 1 :: -1])
 
 
 def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
@@ -152,6 +158,9 @@ def _half_of_start(start: InitialState) -> InitialState:
         change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
         trend = Trend(start.trend.factor, change, start.trend.rigid)
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
-    fields = _half_of(start.pressure), _half_of(start.shear), _half_of(start.displacement)
-    gap = None if start.gap is None else _half_of(start.gap)
-    return InitialState(*fields, start.rigid, normal, trend=trend, gap=gap)
+    friction = None if start.friction is None else start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
+    names = "pressure", "shear", "displacement", "elastic_slip", "mismatch", "gap"
+    fields: dict[str, Any] = {
+        name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None
+    }
+    return replace(start, **fields, normal=normal, trend=trend, friction=friction)

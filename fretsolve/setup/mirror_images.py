@@ -12,7 +12,7 @@ from fretsolve.model.surface import is_mirrored, separation
 if TYPE_CHECKING:
     from fretsolve.setup.problem_setup import ProblemSetup
 
-TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z"}
+TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z", "bulk_1_xy", "bulk_2_xy"}
 """Loads and motions that a mirror image turns round."""
 
 SAMPLED_ROWS = 5
@@ -20,18 +20,21 @@ SAMPLED_ROWS = 5
 
 
 def may_be_mirrored(setup: ProblemSetup) -> bool:
-    """Return whether nothing in the model needs whole grids, as friction that varies, wear and bulk stress do."""
-    model = setup.model
-    varied = setup.friction is not None or model.orthotropy is not None
-    return not (model.line or varied or setup.wear is not None or model.bulk is not None)
+    """Return whether increments of the model may be solved on one half of a grid."""
+    return not setup.model.line and setup.model.orthotropy is None and setup.wear is None
 
 
 def expected_mirrored_increments(setup: ProblemSetup) -> int:
-    """Return how many increments are mirror images, from the first one on; as far as some rows of the grid tell."""
+    """Return how many increments are mirror images, from the first one on; as far as some rows of the grid tell.
+
+    Friction that varies from place to place is expected to be none.
+    """
     grid = setup.grid
+    if setup.friction is not None or not may_be_mirrored(setup):
+        return 0
     rows = np.unique(np.linspace(0, grid.nx - 1, SAMPLED_ROWS).astype(int))
     try:
-        if not may_be_mirrored(setup) or not is_mirrored(grid, separation(setup.case.surface, grid.x[rows], grid.y)):
+        if not is_mirrored(grid, separation(setup.case.surface, grid.x[rows], grid.y)):
             return 0
     except (CaseError, FileError):  # a height map that the run refuses with its place in the case
         return 0

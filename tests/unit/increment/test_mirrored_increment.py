@@ -47,6 +47,7 @@ PATHS = {
     "mode I": [{"P": LOAD, "increments": 3}, {"Qx": 30.0, "increments": 3}, {"Qx": -30.0, "increments": 4}],
     "mode II": [{"P": LOAD, "increments": 4}, {"P": 0.4 * LOAD, "increments": 3}],
     "displacements": [{"delta_z": 0.008}, {"delta_x": 4e-4, "increments": 2}, {"phi_y": 1e-3, "increments": 2}],
+    "bulk stress": [{"P": LOAD}, {"Qx": 20.0, "bulk_2": {"xx": 60.0, "yy": 10.0}, "increments": 3}, {"Qx": -20.0}],
     "rocking": [{"P": LOAD}, {"My": 8.0, "Qx": 10.0, "increments": 3}],
 }
 
@@ -70,6 +71,27 @@ def test_histories_are_those_of_the_whole_grid(path, bodies, monkeypatch):
             assert getattr(one.fields, name) == pytest.approx(expected, abs=1e-4 * largest), name
 
 
+@pytest.mark.parametrize(
+    ("friction", "steps"),
+    [
+        ({"expression": "0.1 + 0.1*(r < 0.1)"}, []),
+        ({"coefficient": 0.1, "shear_limit": 150.0}, []),
+        ({"expression": "0.1 + 0.1*(y > 0.1)"}, [0, 1, 2, 3]),
+    ],
+    ids=str,
+)
+def test_friction_that_varies(friction, steps, monkeypatch, solved_whole):
+    path = [{"P": LOAD}, {"Qx": 20.0, "increments": 2}, {"Qx": 0.0}]
+    half = list(fretsolve.run(setup_of(path, friction=friction)))
+    assert solved_whole == steps
+    monkeypatch.setattr("fretsolve.simulation.simulation.is_mirrored", lambda *_: False)
+    whole = list(fretsolve.run(setup_of(path, friction=friction)))
+    for one, other in zip(half, whole, strict=True):
+        assert one.summary.delta_x == pytest.approx(other.summary.delta_x, rel=1e-5, abs=1e-9)
+        largest = float(np.abs(other.fields.shear).max())
+        assert one.fields.shear == pytest.approx(other.fields.shear, abs=1e-4 * largest)
+
+
 def test_fields_are_mirror_images_to_the_last_bit():
     *_, last = fretsolve.run(setup_of(PATHS["mode I"]))
     for field in (last.fields.pressure, last.fields.gap, last.fields.zone, last.fields.shear[0], last.fields.slip[0]):
@@ -89,6 +111,8 @@ def test_fields_are_mirror_images_to_the_last_bit():
         ({"Mz": 1.0}, [2]),
         ({"Mx": 2.0}, [2]),
         ({"delta_y": 1e-4}, [2]),
+        ({"bulk_2": {"xx": 20.0}}, []),
+        ({"bulk_2": {"xy": 20.0}}, [2]),
         ({"phi_x": 1e-4}, [2]),
     ],
     ids=str,

@@ -29,7 +29,8 @@ def setup_of(path=PATH[:2], **parts):
         ({"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 5.0, "angle": 0.3}}}, 0),
         ({"friction": {"coefficient": [0.2, 0.1]}}, 0),
         ({"friction": {"expression": "0.1 + 0.1*(r < 0.1)"}}, 0),
-        ({"path": BULK}, 0),
+        ({"path": BULK}, 2),
+        ({"path": [*BULK, {"bulk_2": {"xy": 10.0}, "increments": 3}]}, 2),
     ],
     ids=str,
 )
