@@ -107,7 +107,9 @@ class Summary:
     iterations_normal: int = field(metadata=_of(NUMBER, "iterations of the normal problem"))
     iterations_tangential: int = field(metadata=_of(NUMBER, "iterations of the tangential problem"))
     alternations: int = field(metadata=_of(NUMBER, "staggered iterations of the normal and the tangential problem"))
-    operator_applications: int = field(metadata=_of(NUMBER, "applications of an influence operator"))
+    operator_applications: int = field(
+        metadata=_of(NUMBER, "influence applications, in parts of one on the whole grid")
+    )
     wall_time: float = field(metadata=_of(TIME, "wall-clock time of the increment"))
     residual_gap: float = field(
         metadata=_of(NUMBER, "largest gap in contact or penetration outside, over the largest normal displacement")

@@ -53,11 +53,23 @@ class Lines(NamedTuple):
     targets: Pairs
 
 
+class Task(NamedTuple):
+    """A convolution: from which fields to which, odd ones or even ones, and the lines of their slots.
+
+    lines_of: takes the slots, as many as there are fields or results at most.
+    """
+
+    name: Name
+    odd_fields: tuple[bool, ...]
+    odd_results: tuple[bool, ...]
+    lines_of: Callable[[list[FloatArray]], Lines]
+
+
 class MirroredConvolution:
     """Convolutions of fields (nx, ny), the half y > 0 of fields that are even or odd about y = 0.
 
     periodic: the whole field is its own period, else it is padded so that nothing wraps around; shape: of the whole
-    field. Buffers and plans are made when they are first needed.
+    field. Blocks and plans are made when they are first needed.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam, periodic: bool = False):
@@ -69,7 +81,7 @@ class MirroredConvolution:
         self._count = least if self._by_matrices else fast_length(least)
         self.padded = fast_length(nx) if periodic else padded_length(nx), 2 * self._count
         self._kept: dict[Name, tuple[list[FloatArray], Callable[[], None]]] = {}
-        self._buffers: dict[tuple[int, int], list[CacheBlock]] = {}
+        self._blocks: dict[tuple[int, int], list[CacheBlock]] = {}
         self._rolled: dict[KernelSpectrum, FloatArray] = {}
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
@@ -84,7 +96,7 @@ class MirroredConvolution:
             both = [(slots[0][:pairs], slots[0][pairs:])]
             return Lines(self._kernels.multiply_slots, (values[:pairs], values[pairs:]), both, both)
 
-        self._apply(lines, (kernel, odd), (field,), (odd,), (result,), (odd,))
+        self._apply(Task((kernel, odd), (odd,), (odd,), lines), (field,), (result,))
 
     def in_plane(self, spectra: Spectra, coupling: bool, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute a tangential result (2, nx, ny) from a tangential field (2, nx, ny).
@@ -104,7 +116,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xx"]), self._values(spectra["yy"], True), self._values(spectra["xy"])
             return Lines(self._kernels.multiply_in_plane, kernels, [(slots[0], slots[1])], [(slots[0], slots[1])])
 
-        self._apply(lines, "in plane", shear, TANGENTIAL, displacement, TANGENTIAL)
+        self._apply(Task("in plane", TANGENTIAL, TANGENTIAL, lines), shear, displacement)
 
     def sideways(self, spectra: Spectra, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement (2, nx, ny) from pressure (nx, ny)."""
@@ -114,7 +126,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.turn_sideways, kernels, [(x, x[:0])], [(x, y)])
 
-        self._apply(lines, "sideways", (pressure,), (False,), displacement, TANGENTIAL)
+        self._apply(Task("sideways", (False,), TANGENTIAL, lines), (pressure,), displacement)
 
     def upright(self, spectra: Spectra, shear: FloatArray, uz: FloatArray) -> None:
         """Compute uz (nx, ny) from shear (2, nx, ny)."""
@@ -124,7 +136,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.turn_upright, kernels, [(x, y)], [(x, x[:0])])
 
-        self._apply(lines, "upright", shear, TANGENTIAL, (uz,), (False,))
+        self._apply(Task("upright", TANGENTIAL, (False,), lines), shear, (uz,))
 
     def coupled(
         self, spectra: Spectra, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray
@@ -139,67 +151,47 @@ class MirroredConvolution:
             return Lines(self._kernels.multiply_coupled, kernels, both, both)
 
         odd = False, *TANGENTIAL
-        self._apply(lines, "coupled", (pressure, *shear), odd, (uz, *displacement), odd)
+        self._apply(Task("coupled", odd, odd, lines), (pressure, *shear), (uz, *displacement))
 
-    def _apply(
-        self,
-        lines_of: Callable[[list[FloatArray]], Lines],
-        name: Name,
-        fields: Fields,
-        odd_fields: tuple[bool, ...],
-        results: Fields,
-        odd_results: tuple[bool, ...],
-    ) -> None:
-        """Convolve `fields` into `results`; lines_of: gives the lines of their slots; name: of the convolution."""
-        transform = self._transform
-        slots, steps = self._kept.get(name) or self._slots_and_steps(lines_of, name, max(len(fields), len(results)))
-        transform.forward(fields, odd_fields, slots)
-        steps()
-        transform.backward(slots, odd_results, results)
+    def _apply(self, task: Task, fields: Fields, results: Fields) -> None:
+        """Convolve `fields` into `results`."""
+        slots, along_x = self._kept.get(task.name) or self._slots_and_steps(task)
+        self._transform.forward(fields, task.odd_fields, slots)
+        along_x()
+        self._transform.backward(slots, task.odd_results, results)
 
-    def _slots_and_steps(
-        self, lines_of: Callable[[list[FloatArray]], Lines], name: Name, count: int
-    ) -> tuple[list[FloatArray], Callable[[], None]]:
-        """Return arrays for `count` fields' slots, and what convolves their lines along x.
+    def _slots_and_steps(self, task: Task) -> tuple[list[FloatArray], Callable[[], None]]:
+        """Return arrays for the slots of a task, and what convolves their lines along x.
 
         On small grids both are kept, as making them would take 10 us of each convolution.
         """
-        size = self._count, self._half[0]
-        parts = even_parts(self._count, self.padded[0] * self._complex.itemsize)
-        if len(parts) == 1:
+        count, size = max(len(task.odd_fields), len(task.odd_results)), (self._count, self._half[0])
+        bytes_per_line = self.padded[0] * self._complex.itemsize
+        if len(even_parts(self._count, bytes_per_line)) == 1:
             slots: list[FloatArray] = [np.zeros(size, self._float) for _ in range(count)]
-            lines = lines_of(slots)
+            lines = task.lines_of(slots)
             rows = slice(0, len(lines.sources[0][0]))
-            self._kept[name] = slots, self._steps(lines, rows, self._buffers_of(0, rows.stop, lines))
-            return self._kept[name]
+            self._kept[task.name] = slots, self._steps(lines, rows, self._blocks_of(0, rows.stop, lines))
+            return self._kept[task.name]
         slots = self.team.arrays(count, size, self._float)
-        lines = lines_of(slots)
-        parts = even_parts(len(lines.sources[0][0]), self.padded[0] * self._complex.itemsize)
-        most = parts[0].stop
-        buffers = [self._buffers_of(member, most, lines) for member in self.team.members(parts)]
+        lines = task.lines_of(slots)
+        parts = even_parts(len(lines.sources[0][0]), bytes_per_line)
+        blocks = [self._blocks_of(member, parts[0].stop, lines) for member in self.team.members(parts)]
+        return slots, lambda: self.team.share(lambda member, part: self._steps(lines, part, blocks[member])(), parts)
 
-        def convolve(member: int, part: slice) -> None:
-            self._steps(lines, part, buffers[member])()
-
-        return slots, lambda: self.team.share(convolve, parts)
-
-    def _steps(self, lines: Lines, part: slice, buffers: list[CacheBlock]) -> Callable[[], None]:
+    def _steps(self, lines: Lines, part: slice, blocks: list[CacheBlock]) -> Callable[[], None]:
         """Return what convolves a part of `lines` along x."""
-        join, split, count, multiply = (
-            self._kernels.join_rows,
-            self._kernels.split_rows,
-            part.stop - part.start,
-            lines.multiply,
-        )
+        join, split, multiply = self._kernels.join_rows, self._kernels.split_rows, lines.multiply
+        count = part.stop - part.start
         joined = [
-            (real[part], imaginary[part], buffer.source[:count], buffer.forward)
-            for (real, imaginary), buffer in zip(lines.sources, buffers, strict=True)
+            (real[part], imaginary[part], block.source[:count], block.forward)
+            for (real, imaginary), block in zip(lines.sources, blocks, strict=True)
         ]
         parted = [
-            (buffer.backward, buffer.source[:count], real[part], imaginary[part])
-            for (real, imaginary), buffer in zip(lines.targets, buffers, strict=True)
+            (block.backward, block.source[:count], real[part], imaginary[part])
+            for (real, imaginary), block in zip(lines.targets, blocks, strict=True)
         ]
-        spectra = [kernel[part] for kernel in lines.kernels] + [buffer.target[:count] for buffer in buffers]
+        spectra = [kernel[part] for kernel in lines.kernels] + [block.target[:count] for block in blocks]
 
         def convolve() -> None:
             for real, imaginary, source, forward in joined:
@@ -212,9 +204,9 @@ class MirroredConvolution:
 
         return convolve
 
-    def _buffers_of(self, member: int, rows: int, lines: Lines) -> list[CacheBlock]:
-        """Return the buffers of a thread for so many rows of `lines`."""
-        own, most = self._buffers.setdefault((member, rows), []), len(lines.sources)
+    def _blocks_of(self, member: int, rows: int, lines: Lines) -> list[CacheBlock]:
+        """Return the blocks of a thread for so many rows of `lines`."""
+        own, most = self._blocks.setdefault((member, rows), []), len(lines.sources)
         own.extend(CacheBlock((rows, self.padded[0]), self._complex) for _ in range(most - len(own)))
         return own[:most]
 

@@ -132,7 +132,7 @@ def test_a_direction_without_load_is_not_transformed(monkeypatch):
         monkeypatch.setattr(convolution, method, watched)
 
     watch(PaddedConvolution, "apply", lambda kernels, fields, *_: fields)
-    watch(MirroredConvolution, "_apply", lambda lines_of, name, fields, *_: fields)
+    watch(MirroredConvolution, "_apply", lambda task, fields, *_: fields)
     states_of("force, Poisson's ratio 0")
     assert set(transformed) == {1}
     transformed.clear()
