@@ -37,8 +37,8 @@ TANGENTIAL = False, True
 """Which of the components x and y of a tangential field are odd."""
 
 
-Name = str | tuple[KernelSpectrum, bool]
-"""Of a convolution: what it computes, or the kernel of a scalar one and whether its fields are odd."""
+Name = tuple[str, KernelSpectrum]
+"""Of a convolution: what it computes, and one of its kernels, which tells those of one material from another's."""
 
 
 class Lines(NamedTuple):
@@ -68,13 +68,14 @@ class Task(NamedTuple):
 class MirroredConvolution:
     """Convolutions of fields (nx, ny), the half y > 0 of fields that are even or odd about y = 0.
 
-    periodic: the whole field is its own period, else it is padded so that nothing wraps around; shape: of the whole
-    field. Blocks and plans are made when they are first needed.
+    periodic: the whole field is its own period, else it is padded so that nothing wraps around. Blocks and plans are
+    made when they are first needed.
     """
 
     def __init__(self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam, periodic: bool = False):
         nx, ny = self._half = shape
-        self.shape, self.team, self._kernels = (nx, 2 * ny), team, team.kernels.spectral
+        self.shape = nx, 2 * ny  # of the whole field, whose offsets the kernels have
+        self.team, self._kernels = team, team.kernels.spectral
         self._float, self._complex = np.dtype(dtype), np.result_type(dtype, np.complex64)
         least = ny if periodic else 2 * ny
         self._by_matrices = least * ny * nx <= MOST_PRODUCTS
@@ -82,7 +83,6 @@ class MirroredConvolution:
         self.padded = fast_length(nx) if periodic else padded_length(nx), 2 * self._count
         self._kept: dict[Name, tuple[list[FloatArray], Callable[[], None]]] = {}
         self._blocks: dict[tuple[int, int], list[CacheBlock]] = {}
-        self._rolled: dict[KernelSpectrum, FloatArray] = {}
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..2ny-1."""
@@ -96,7 +96,7 @@ class MirroredConvolution:
             both = [(slots[0][:pairs], slots[0][pairs:])]
             return Lines(self._kernels.multiply_slots, (values[:pairs], values[pairs:]), both, both)
 
-        self._apply(Task((kernel, odd), (odd,), (odd,), lines), (field,), (result,))
+        self._apply(Task(("scalar", kernel), (odd,), (odd,), lines), (field,), (result,))
 
     def in_plane(self, spectra: Spectra, coupling: bool, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute a tangential result (2, nx, ny) from a tangential field (2, nx, ny).
@@ -116,7 +116,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xx"]), self._values(spectra["yy"], True), self._values(spectra["xy"])
             return Lines(self._kernels.multiply_in_plane, kernels, [(slots[0], slots[1])], [(slots[0], slots[1])])
 
-        self._apply(Task("in plane", TANGENTIAL, TANGENTIAL, lines), shear, displacement)
+        self._apply(Task(("in plane", spectra["xx"]), TANGENTIAL, TANGENTIAL, lines), shear, displacement)
 
     def sideways(self, spectra: Spectra, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement (2, nx, ny) from pressure (nx, ny)."""
@@ -126,7 +126,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.turn_sideways, kernels, [(x, x[:0])], [(x, y)])
 
-        self._apply(Task("sideways", (False,), TANGENTIAL, lines), (pressure,), displacement)
+        self._apply(Task(("sideways", spectra["xz"]), (False,), TANGENTIAL, lines), (pressure,), displacement)
 
     def upright(self, spectra: Spectra, shear: FloatArray, uz: FloatArray) -> None:
         """Compute uz (nx, ny) from shear (2, nx, ny)."""
@@ -136,7 +136,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.turn_upright, kernels, [(x, y)], [(x, x[:0])])
 
-        self._apply(Task("upright", TANGENTIAL, (False,), lines), shear, (uz,))
+        self._apply(Task(("upright", spectra["xz"]), TANGENTIAL, (False,), lines), shear, (uz,))
 
     def coupled(
         self, spectra: Spectra, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray
@@ -151,7 +151,7 @@ class MirroredConvolution:
             return Lines(self._kernels.multiply_coupled, kernels, both, both)
 
         odd = False, *TANGENTIAL
-        self._apply(Task("coupled", odd, odd, lines), (pressure, *shear), (uz, *displacement))
+        self._apply(Task(("coupled", spectra["zz"]), odd, odd, lines), (pressure, *shear), (uz, *displacement))
 
     def _apply(self, task: Task, fields: Fields, results: Fields) -> None:
         """Convolve `fields` into `results`."""
@@ -217,9 +217,11 @@ class MirroredConvolution:
         return FastTransform(self._half, self._count, self._float, self.team)
 
     def _values(self, kernel: KernelSpectrum, odd: bool = False) -> FloatArray:
-        """Return the kernel of each slot, (slots, mx//2 + 1); odd: from an odd field to an odd one."""
-        if not odd:
-            return kernel.values[: self._count]
-        if kernel not in self._rolled:
-            self._rolled[kernel] = np.concatenate([kernel.values[-1:], kernel.values[1:-1]])
-        return self._rolled[kernel]
+        """Return the kernel of each slot, (slots, mx//2 + 1); odd: from odd fields to odd ones, for which alone it is.
+
+        Slot 0 of these holds the highest wave number. Its kernel takes the place of that of the wave number 0, which
+        they do not have.
+        """
+        if odd:
+            kernel.values[0] = kernel.values[-1]
+        return kernel.values[: self._count]

@@ -25,7 +25,7 @@ def operator_on(
     orthotropy: Orthotropy | None = None,
     whole: ElasticOperator | None = None,
 ) -> ElasticOperator:
-    """Return the elastic operator on a grid, of strips, of rectangles, or of these and their mirror images.
+    """Return the elastic operator on a grid, of strips, of rectangles, or of rectangles and their mirror images.
 
     orthotropy: scales shear and slip; whole: as for `ElasticOperator`.
     """

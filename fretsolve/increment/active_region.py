@@ -11,7 +11,7 @@ from types import EllipsisType
 
 import numpy as np
 
-from fretsolve.elastic.fftw import padded_length
+from fretsolve.elastic.fftw import fast_length, padded_length
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray
 
@@ -62,26 +62,20 @@ class ActiveRegion:
 def region_around(contact: BoolArray, free: int = FREE_CELLS, mirrored: bool = False) -> ActiveRegion:
     """Return a region that holds `contact` (nx, ny) and `free` cells on each side; without contact the whole grid.
 
+    A small grid is not cut. The region depends on the arguments alone, so that a resumed run has the same regions.
     mirrored: for one half of a grid, whose parts begin with its first column.
-
-    A small grid is not cut. It depends on its arguments alone, so that a resumed run has the same regions.
     """
     whole = ActiveRegion((0, contact.shape[0]), (0, contact.shape[1]))
-    if max(contact.shape) < FEWEST_POINTS or not contact.any():
+    if max(contact.shape[0], contact.shape[1] * (1 + mirrored)) < FEWEST_POINTS or not contact.any():
         return whole
     wanted = ActiveRegion(_span(contact, 0, free), (_half_span if mirrored else _span)(contact, 1, free))
     return whole if wanted.count > 0.8 * whole.count else wanted  # another operator would not pay
 
 
 def _half_span(contact: BoolArray, axis: int, free: int) -> Span:
-    """Return the same from the first cell on, as wide as one half of a whole span."""
+    """Return a span from the first cell of a half on, as wide as its transform allows."""
     points, last = contact.shape[axis], int(np.flatnonzero(contact.any(axis=1 - axis))[-1])
-    return 0, min(_roomy(2 * (last + 1 + free)) // 2, points)
-
-
-def _roomy(count: int) -> int:
-    """Return as many cells, at least `count`, as the padding of their transform allows."""
-    return (padded_length(max(LEAST_SIDE, count)) + 1) // 2
+    return 0, min(fast_length(max(LEAST_SIDE, 2 * (last + 1 + free)), even=True) // 2, points)
 
 
 def _span(contact: BoolArray, axis: int, free: int) -> Span:
@@ -91,7 +85,7 @@ def _span(contact: BoolArray, axis: int, free: int) -> Span:
     """
     points, indices = contact.shape[axis], np.flatnonzero(contact.any(axis=1 - axis))
     first, last = int(indices[0]), int(indices[-1])
-    size = _roomy(last - first + 1 + 2 * free)
+    size = (padded_length(max(LEAST_SIDE, last - first + 1 + 2 * free)) + 1) // 2
     if size >= points:
         return 0, points
     start = min(max(0, (first + last + 1 - size) // 2), points - size)

@@ -61,7 +61,7 @@ class GridLevel:
     @property
     def tolerance(self) -> float:
         """Tolerance of the problem on this grid where it gives an estimate for a finer one."""
-        return min(COARSE_TOLERANCE, ERROR_OF_CELLS / max(self.grid.nx, self.grid.ny))
+        return min(COARSE_TOLERANCE, ERROR_OF_CELLS / max(self.grid.whole_shape))
 
     @cached_property
     def normal(self) -> NormalSolver:

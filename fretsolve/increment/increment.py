@@ -78,7 +78,7 @@ class IncrementSolver:
         )
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0
-        self._large = grid.nx * grid.ny > LARGE_GRID
+        self._large = math.prod(grid.whole_shape) > LARGE_GRID
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it.

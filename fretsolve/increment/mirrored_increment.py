@@ -29,6 +29,9 @@ from fretsolve.system.arrays import BoolArray, FloatArray
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
 """Modes that a mirror image turns round: Mx or phi_x; Qy or delta_y, Mz or phi_z."""
 
+ODD = [*ODD_NORMAL, *(3 + mode for mode in ODD_TANGENTIAL)]
+"""The same among all six."""
+
 
 class MirroredIncrementSolver(IncrementSolver):
     """Solves the increments of surfaces that are mirror images of themselves: such increments on one half of the grid.
@@ -60,6 +63,7 @@ class MirroredIncrementSolver(IncrementSolver):
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
         if not (_is_even_field(self.separation) and _is_even(increment, start)):
+            self._release_half()
             return super().solve(increment, start)
         before = self._half.applications
         normal, tangential = _even_part(increment.normal, ODD_NORMAL), _even_part(increment.tangential, ODD_TANGENTIAL)
@@ -67,10 +71,17 @@ class MirroredIncrementSolver(IncrementSolver):
             solved = self._half.solve(replace(increment, normal=normal, tangential=tangential), _half_of_start(start))
         except NoSolutionError:
             # the whole grid tells the reason in its own terms
+            spent = math.ceil(0.5 * (self._half.applications - before))
+            self._release_half()
             solved = super().solve(increment, start)
-            spent = self._half.applications - before
-            return replace(solved, operator_applications=solved.operator_applications + round(0.5 * spent))
-        return self._whole(solved, start)
+            return replace(solved, operator_applications=solved.operator_applications + spent)
+        applications = math.ceil(round(0.5 * (self._half.applications - before), 6))
+        return replace(self._whole(solved, start), operator_applications=applications)
+
+    def _release_half(self) -> None:
+        """Free the memory of the half of a large grid, where the whole grid needs its own."""
+        if self._large:
+            self.__dict__.pop("_half", None)
 
     def _whole(self, solved: Solved, start: InitialState) -> Solved:
         """Return an increment of one half as one of the whole grid."""
@@ -84,10 +95,9 @@ class MirroredIncrementSolver(IncrementSolver):
             pressure, shear, uz, displacement, one.rigid, one.motion, previous, one.mismatch, start.friction
         )
         resultants = evidence.resultants.copy()
-        resultants[[1, 4, 5]] = 0.0
+        resultants[ODD] = 0.0
         found = Evidence(gap, evidence.gap_scale, slip, zone, resultants, evidence.certificate)
-        applications = math.ceil(0.5 * solved.operator_applications)
-        return replace(solved, solution=solution, evidence=found, operator_applications=applications)
+        return replace(solved, solution=solution, evidence=found)
 
     def _unfolded(self, *halves: NDArray[Any]) -> list[NDArray[Any]]:
         """Return the whole of fields (nx, ny/2), even in y, and of tangential fields (2, nx, ny/2), odd along y."""
@@ -120,14 +130,20 @@ def _is_even(increment: Increment, start: InitialState) -> bool:
         if any(control.values[mode] for mode in odd):
             return False
     coefficient = 0.0 if start.friction is None else start.friction.coefficient
-    if start.rigid[[1, 4, 5]].any() or not _is_even_field(start.pressure):
-        return False
-    if not isinstance(coefficient, float) and not _is_even_field(coefficient):
-        return False
-    return all(
-        field is None or field.strides[-1] == 0 or (_is_even_field(field[0]) and _is_odd_field(field[1]))
-        for field in (start.shear, start.displacement, start.elastic_slip, start.mismatch)
+    fields = start.pressure, start.shear, start.displacement, start.elastic_slip, start.mismatch
+    return (
+        not start.rigid[ODD].any() and _are_even(*fields) and (isinstance(coefficient, float) or _are_even(coefficient))
     )
+
+
+def _are_even(*fields: FloatArray | None) -> bool:
+    """Return whether all fields are mirror images of themselves: (nx, ny), and tangential ones, (2, nx, ny)."""
+    for field in fields:
+        if field is None or field.strides[-1] == 0:
+            continue
+        if not (_is_even_field(field) if field.ndim == 2 else _is_even_field(field[0]) and _is_odd_field(field[1])):
+            return False
+    return True
 
 
 def _is_even_field(field: FloatArray) -> bool:
@@ -154,7 +170,7 @@ def _half_of(field: FloatArray) -> FloatArray:
 def _half_of_start(start: InitialState) -> InitialState:
     """Return the half y > 0 of a start."""
     trend = None
-    if start.trend is not None:
+    if start.trend is not None and _are_even(start.trend.change.pressure, start.trend.change.shear):
         change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
         trend = Trend(start.trend.factor, change, start.trend.rigid)
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)

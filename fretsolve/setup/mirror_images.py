@@ -25,16 +25,16 @@ def may_be_mirrored(setup: ProblemSetup) -> bool:
 
 
 def expected_mirrored_increments(setup: ProblemSetup) -> int:
-    """Return how many increments are mirror images, from the first one on; as far as some rows of the grid tell.
-
-    Friction that varies from place to place is expected to be none.
-    """
+    """Return how many increments are mirror images, from the first one on, at least; as some rows of the grid tell."""
     grid = setup.grid
-    if setup.friction is not None or not may_be_mirrored(setup):
+    if not may_be_mirrored(setup):
         return 0
     rows = np.unique(np.linspace(0, grid.nx - 1, SAMPLED_ROWS).astype(int))
     try:
         if not is_mirrored(grid, separation(setup.case.surface, grid.x[rows], grid.y)):
+            return 0
+        field = None if setup.friction is None else setup.friction.field
+        if field is not None and not is_mirrored(grid, field.at(grid.x[rows], grid.y)):
             return 0
     except (CaseError, FileError):  # a height map that the run refuses with its place in the case
         return 0

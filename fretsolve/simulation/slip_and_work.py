@@ -19,6 +19,9 @@ from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
 FEW_PAIRS = 50_000
 """Pairs of cells whose distances are compared one by one."""
 
+LEVEL = 1e-8
+"""Difference of the square of the pressure between neighbouring cells, over that square, up to which it is rounding."""
+
 
 def limit_to_contact(
     slip: FloatArray, before: Fields, solution: Solution, evidence: Evidence, grid: Grid, contact_modulus: float
@@ -83,7 +86,8 @@ def share_in_contact(
             steepest = np.maximum(steepest, pressure[places[0], places[1]].astype(np.float64) ** 2 - own)
         slopes.append(steepest / length)
     slope = np.hypot(*slopes)
-    alone = slope == 0.0
+    # the highest cells; those that are as high but for rounding may differ by it
+    alone = slope * max(grid.dx, grid.dy) <= LEVEL * own
     slope[alone] = own[alone] / max(grid.dx, grid.dy)
     inside = own / slope
     outside = (0.75 * contact_modulus * np.maximum(gap[cells], 0.0) / np.sqrt(slope)) ** (2.0 / 3.0)

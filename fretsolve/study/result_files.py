@@ -119,12 +119,7 @@ def _costs(study: Assessment) -> list[Column]:
     return [
         column("increments", [one.increments for one in outcomes], "1", "increments solved"),
         column("time", [one.seconds for one in outcomes], "s", "wall-clock time of the increments"),
-        column(
-            "operator_applications",
-            applications,
-            "1",
-            "influence applications, in parts of one on the whole grid",
-        ),
+        column("operator_applications", applications, "1", "influence applications, in parts of one on the whole grid"),
     ]
 
 

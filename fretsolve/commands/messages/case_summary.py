@@ -66,8 +66,10 @@ def mirror_lines(setup: ProblemSetup) -> list[str]:
     count, increments = expected_mirrored_increments(setup), setup.load_path.increments
     if not count:
         return []
-    which = "all increments" if count == increments else f"the first {counted(count, 'increment')}"
-    return [f"mirror images about y = 0: {which} are solved on the half y > 0"]
+    which = "all increments are" if count == increments else f"the first {counted(count, 'increment')} "
+    if count < increments:
+        which += "is" if count == 1 else "are"
+    return [f"mirror images about y = 0: {which} solved on the half y > 0"]
 
 
 def accuracy_lines(setup: ProblemSetup) -> list[str]:

@@ -62,3 +62,23 @@ def test_its_cells_are_those_of_the_grid(center):
     np.testing.assert_allclose(part.y, grid.y[5:24], atol=1e-15)
     assert np.zeros((2, 20, 24))[region.cells].shape == (2, *part.shape)
     assert region.count == 12 * 19
+
+
+@given(st.data())
+def test_the_region_of_one_half_begins_in_the_middle(data):
+    shape = data.draw(st.tuples(st.integers(1, 200), st.integers(1, 100)))
+    low, high = (sorted(data.draw(st.tuples(st.integers(0, n - 1), st.integers(0, n - 1)))) for n in shape)
+    mask = contact(shape, (low[0], low[1] + 1), (high[0], high[1] + 1))
+    region = region_around(mask, mirrored=True)
+    assert region.holds(mask)
+    assert region.columns[0] == 0
+    assert region.columns[1] - high[1] - 1 >= min(FREE_CELLS, shape[1] - high[1] - 1)
+
+
+def test_a_half_is_cut_where_its_whole_is():
+    """40 x 64 points with a small contact, of which the half has 32 columns."""
+    whole = region_around(contact((40, 64), (15, 25), (28, 36)))
+    half = region_around(contact((40, 32), (15, 25), (0, 4)), mirrored=True)
+    assert whole.count < 0.2 * 40 * 64
+    assert half.rows == whole.rows
+    assert half.count <= whole.count / 2 + 16

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretsolve.model.grid import Grid
+from fretsolve.model.grid import Grid, HalfGrid
 
 counts = st.integers(1, 300)
 lengths = st.floats(1e-6, 1e3)
@@ -59,3 +59,18 @@ def test_empty_or_degenerate_grid_is_refused(points, size):
 def test_farthest_coordinate():
     assert Grid(4, 2, 1.0, 1.0).farthest == 1.5
     assert Grid(4, 2, 1.0, 1.0, 3.0, -7.0).farthest == 7.5
+
+
+@given(st.integers(1, 100), st.integers(1, 100), lengths, lengths)
+def test_one_half_of_a_grid(nx, columns, width, height):
+    whole = Grid.from_size((nx, 2 * columns), (width, height), (0.1, 0.0))
+    half = HalfGrid.of(whole)
+    assert half.shape == (nx, columns)
+    assert half.whole_shape == whole.whole_shape == whole.shape
+    assert half.size == pytest.approx(whole.size)
+    assert np.array_equal(half.x, whole.x)
+    assert half.y == pytest.approx(whole.y[columns:], rel=1e-14)
+    assert half.cell_area == 2.0 * whole.cell_area
+    assert half.farthest == pytest.approx(whole.farthest)
+    part = half.part(1, max(columns // 2, 1), (half.dx, half.dy), (0.0, 0.0))
+    assert np.array_equal(part.y, half.y[: part.ny])

@@ -28,7 +28,9 @@ def setup_of(path=PATH[:2], **parts):
         ({"grid": {"points": 33}}, 0),
         ({"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 5.0, "angle": 0.3}}}, 0),
         ({"friction": {"coefficient": [0.2, 0.1]}}, 0),
-        ({"friction": {"expression": "0.1 + 0.1*(r < 0.1)"}}, 0),
+        ({"friction": {"expression": "0.1 + 0.1*(r < 0.1)"}}, 5),
+        ({"friction": {"expression": "0.1 + 0.1*(y > 0.1)"}}, 0),
+        ({"friction": {"coefficient": 0.1, "shear_limit": 150.0}}, 5),
         ({"path": BULK}, 2),
         ({"path": [*BULK, {"bulk_2": {"xy": 10.0}, "increments": 3}]}, 2),
     ],
@@ -44,6 +46,8 @@ def test_increments_from_the_first_one_on(parts, expected):
 def test_validate_says_which():
     (line,) = mirror_lines(setup_of())
     assert line == "mirror images about y = 0: all increments are solved on the half y > 0"
+    (line,) = mirror_lines(setup_of([{"P": 400.0, "increments": 1}, PATH[2]]))
+    assert line == "mirror images about y = 0: the first 1 increment is solved on the half y > 0"
     (line,) = mirror_lines(setup_of(PATH))
     assert line == "mirror images about y = 0: the first 5 increments are solved on the half y > 0"
 
