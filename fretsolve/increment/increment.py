@@ -1,4 +1,4 @@
-"""One increment: solved on the active region around the contact, certified on the whole grid."""
+"""One increment: solved on the active region around the contact, certified on all of its grid."""
 
 from __future__ import annotations
 
