@@ -37,7 +37,7 @@ def cost(setup: ProblemSetup) -> tuple[float, float]:
 
 def on_the_whole_grid(run: Callable[[], tuple[float, float]]) -> tuple[float, float]:
     """Return what `run` does where no case counts as a mirror image."""
-    decide, simulation.may_be_mirrored = simulation.may_be_mirrored, lambda _: False
+    decide, simulation.may_be_mirrored = simulation.may_be_mirrored, lambda *_: False
     try:
         return run()
     finally:

@@ -18,12 +18,11 @@ import math
 from collections.abc import Callable
 from functools import cache
 from itertools import product
+from typing import Protocol
 
 import numpy as np
 
-from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
-from fretsolve.elastic.mirrored_convolution import MirroredConvolution
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels.on_grid import parts_of
 from fretsolve.model.materials import Compliances
@@ -44,6 +43,17 @@ SWAPPED: dict[Influence, Influence] = {"yy": "xx", "yz": "xz"}
 """Influences that are others with x and y in each other's place."""
 
 
+class OfKernels(Protocol):
+    """What the influence coefficients need of a convolution: cells and periods of its whole grid, and its spectra."""
+
+    shape: tuple[int, int]
+    padded: tuple[int, int]
+    team: ThreadTeam
+
+    def kernel_spectrum(self, quadrant: DoubleArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
+        """Return the spectrum of an influence function from its values at offsets >= 0, of the shape of the grid."""
+
+
 class InfluenceSpectra(dict[Influence, KernelSpectrum]):
     """Spectra of the influence coefficients (mm/MPa) on the padded grid of `convolution`.
 
@@ -54,7 +64,7 @@ class InfluenceSpectra(dict[Influence, KernelSpectrum]):
 
     def __init__(
         self,
-        convolution: PaddedConvolution | MirroredConvolution,
+        convolution: OfKernels,
         spacing: tuple[float, float],
         compliances: Compliances,
         whole: InfluenceSpectra | None = None,

@@ -38,7 +38,7 @@ def operator_on(
 
         return OrthotropicOperator(orthotropy, grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype)
     if isinstance(grid, HalfGrid):
-        from fretsolve.elastic.mirrored_operator import MirroredOperator
+        from fretsolve.elastic.mirrored.operator import MirroredOperator
 
         return MirroredOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, whole=whole)
     return ElasticOperator(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, whole=whole)

@@ -1,4 +1,4 @@
-"""One increment of the load path: solved by staggered iteration on the active region, then certified on all of the grid.
+"""One increment of the load path: solved by staggered iteration on the active region, certified on all of its grid.
 
 In: what is imposed (`Increment`) and the state at its start (`InitialState`). Out: `Solved`, with the tractions, gap,
 slip, zones, certificate and cost; or a `NoSolutionError` that says why there is none. For example::

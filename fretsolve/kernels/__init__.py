@@ -14,7 +14,7 @@ from functools import cache
 from types import ModuleType
 from typing import Any
 
-from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, spectral_numpy
+from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, slots_numpy, spectral_numpy
 from fretsolve.kernels.on_grid import Share, Steps, in_parts, parts_of, whole
 
 
@@ -42,6 +42,7 @@ class Kernels:
     friction: ModuleType = friction_numpy
     normal: ModuleType = normal_numpy
     spectral: ModuleType = spectral_numpy
+    slots: ModuleType = slots_numpy
     compiled: bool = False
     why_not: str = ""
 
@@ -67,10 +68,10 @@ def load(compiled: bool) -> Kernels:
     if not compiled:
         return NUMPY
     try:
-        from fretsolve.kernels import cg_numba, friction_numba, normal_numba, spectral_numba
+        from fretsolve.kernels import cg_numba, friction_numba, normal_numba, slots_numba, spectral_numba
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
         return Kernels(why_not=f"{type(error).__name__}: {error}")
-    return Kernels(cg_numba, friction_numba, normal_numba, spectral_numba, compiled=True)
+    return Kernels(cg_numba, friction_numba, normal_numba, spectral_numba, slots_numba, compiled=True)
 
 
 def compile_seconds() -> float:

@@ -20,7 +20,6 @@ from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import ModelPart
-from fretsolve.setup.mirror_images import expected_share_of_cells
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.environment import address_space
 
@@ -97,7 +96,7 @@ def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     weights = _weights(setup)
     cells, increments, terms = math.prod(setup.grid.shape), _expected(setup, weights), setup.model.terms
-    solved = expected_share_of_cells(setup)
+    solved = setup.share_of_cells
     compiled, single = setup.compiled, setup.case.solver.precision == "single"
     bars = setup.case.solver.error_bars
     # Seconds of each part over the whole path.

@@ -7,13 +7,8 @@ resumed run gives the same bits.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from fretsolve.setup.mirror_images import expected_share_of_cells
+from fretsolve.model.required_terms import Model
 from fretsolve.system.environment import compiler_asked, compiler_installed
-
-if TYPE_CHECKING:
-    from fretsolve.setup.problem_setup import ProblemSetup
 
 LOAD_SECONDS = 0.8
 """Processor time of loading numba and the compiled kernels from disk."""
@@ -24,13 +19,11 @@ tangential one as well, and where both are solved in turns. From 32 x 32 to 256 
 third (`python benchmarks/small_grids.py`, `python benchmarks/bench_path.py`)."""
 
 
-def seconds_saved(setup: ProblemSetup) -> float:
-    """Return how many seconds the compiled kernels save in the increments of a run."""
-    model = setup.model
+def seconds_saved(model: Model, cells: float, increments: int) -> float:
+    """Return how many seconds the compiled kernels save in the increments of a run; cells: that are solved in each."""
     coupled = model.has_shear and model.terms.normal_tangential_coupling
     parts = [NORMAL, *[TANGENTIAL] * model.has_shear, *[COUPLED] * coupled]
-    cells = expected_share_of_cells(setup) * setup.grid.nx * setup.grid.ny
-    return setup.load_path.increments * sum(per_call + per_cell * cells for per_call, per_cell in parts)
+    return increments * sum(per_call + per_cell * cells for per_call, per_cell in parts)
 
 
 def compiling_pays(saved: float) -> bool:

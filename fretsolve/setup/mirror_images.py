@@ -2,50 +2,44 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError
+from fretsolve.friction.law import FrictionLaw
+from fretsolve.model.grid import Grid
+from fretsolve.model.load_path import LoadPath
+from fretsolve.model.required_terms import Model
 from fretsolve.model.surface import is_mirrored, separation
-
-if TYPE_CHECKING:
-    from fretsolve.setup.problem_setup import ProblemSetup
 
 TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z", "bulk_1_xy", "bulk_2_xy"}
 """Loads and motions that a mirror image turns round."""
 
 SAMPLED_ROWS = 5
-"""Rows of the grid from which `expected_mirrored_increments` takes that the surfaces are mirror images."""
+"""Rows of the grid from which `mirrored_increments` takes that surfaces and friction are mirror images."""
 
 
-def may_be_mirrored(setup: ProblemSetup) -> bool:
+def may_be_mirrored(case: Case, model: Model) -> bool:
     """Return whether increments of the model may be solved on one half of a grid."""
-    return not setup.model.line and setup.model.orthotropy is None and setup.wear is None
+    return not model.line and model.orthotropy is None and case.wear is None
 
 
-def expected_mirrored_increments(setup: ProblemSetup) -> int:
+def mirrored_increments(case: Case, model: Model, grid: Grid, load_path: LoadPath, friction: FrictionLaw | None) -> int:
     """Return how many increments are mirror images, from the first one on, at least; as some rows of the grid tell."""
-    grid = setup.grid
-    if not may_be_mirrored(setup):
+    if not may_be_mirrored(case, model):
         return 0
     rows = np.unique(np.linspace(0, grid.nx - 1, SAMPLED_ROWS).astype(int))
+    field = None if friction is None else friction.field
     try:
-        if not is_mirrored(grid, separation(setup.case.surface, grid.x[rows], grid.y)):
-            return 0
-        field = None if setup.friction is None else setup.friction.field
-        if field is not None and not is_mirrored(grid, field.at(grid.x[rows], grid.y)):
-            return 0
-    except (CaseError, FileError):  # a height map that the run refuses with its place in the case
+        sampled = [separation(case.surface, grid.x[rows], grid.y)]
+        sampled += [] if field is None else [field.at(grid.x[rows], grid.y)]
+    except (CaseError, FileError):  # a map that the run refuses with its place in the case
+        return 0
+    if not all(is_mirrored(grid, values) for values in sampled):
         return 0
     count = 0
-    for stage, increments in zip(setup.case.stages(), setup.load_path.counts, strict=True):
+    for stage, increments in zip(case.stages(), load_path.counts, strict=True):
         if any(value for name, value in stage.targets if name in TURNED):
             break
         count += increments
     return count
-
-
-def expected_share_of_cells(setup: ProblemSetup) -> float:
-    """Return the part of the grid on which increments are solved, a mean over all of them: from one half to 1."""
-    return 1.0 - 0.5 * expected_mirrored_increments(setup) / max(setup.load_path.increments, 1)

@@ -10,7 +10,7 @@ from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
-from fretsolve.setup.kernel_choice import compiling_pays, seconds_saved
+from fretsolve.setup.kernel_choice import compiling_pays
 from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase, placed
 from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
@@ -55,7 +55,7 @@ class _Survey:
         setup, expected = prepared.setup, prepared.expected
         self.rows.append(prepared.row(len(self.rows)))
         self.file_bytes[prepared.id] = expected.file
-        self.seconds_saved[prepared.id] = seconds_saved(setup)
+        self.seconds_saved[prepared.id] = setup.seconds_saved
         self.beginnings[prepared.id] = beginnings_of(setup, prepared.header, expected.seconds)
         self.warnings |= dict.fromkeys(setup.model.warnings)
         last = len(setup.load_path.last_steps)

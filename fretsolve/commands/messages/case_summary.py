@@ -9,7 +9,6 @@ from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.model.required_terms import Model
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.mirror_images import expected_mirrored_increments
 from fretsolve.setup.problem_setup import ProblemSetup
 
 MOST_STAGES_LISTED = 40
@@ -63,7 +62,7 @@ def grid_line(setup: ProblemSetup) -> str:
 
 def mirror_lines(setup: ProblemSetup) -> list[str]:
     """Return a line with the increments that are solved on one half of the grid, if there are any."""
-    count, increments = expected_mirrored_increments(setup), setup.load_path.increments
+    count, increments = setup.mirrored_increments, setup.load_path.increments
     if not count:
         return []
     which = "all increments are" if count == increments else f"the first {counted(count, 'increment')} "

@@ -190,7 +190,7 @@ def test_as_on_a_large_grid(precision, threads, compiled, monkeypatch):
         "increment.active_region.FEWEST_POINTS": 8,
         "increment.grid_transfer.FEWEST_COARSE_POINTS": 8,
         "increment.increment.LARGE_GRID": 50,
-        "elastic.mirrored_convolution.MOST_PRODUCTS": 0,
+        "elastic.mirrored.convolution.MOST_PRODUCTS": 0,
         "elastic.cache_block.CACHE_BYTES": 4096,
         "kernels.on_grid.PART_CELLS": 100,
     }.items():

@@ -7,7 +7,6 @@ from solving import DISSIMILAR, build
 
 from fretsolve.commands.messages.case_summary import mirror_lines
 from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.mirror_images import expected_mirrored_increments, expected_share_of_cells
 from fretsolve.setup.problem_setup import set_up
 
 PATH = [{"P": 400.0, "increments": 3}, {"Qx": 20.0, "increments": 2}, {"Mz": 1.0, "increments": 4}]
@@ -38,8 +37,8 @@ def setup_of(path=PATH[:2], **parts):
 )
 def test_increments_from_the_first_one_on(parts, expected):
     setup = setup_of(**parts)
-    assert expected_mirrored_increments(setup) == expected
-    assert expected_share_of_cells(setup) == pytest.approx(1.0 - 0.5 * expected / setup.load_path.increments)
+    assert setup.mirrored_increments == expected
+    assert setup.share_of_cells == pytest.approx(1.0 - 0.5 * expected / setup.load_path.increments)
     assert len(mirror_lines(setup)) == (expected > 0)
 
 

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.elastic.influence import ScaledSpectra
-from fretsolve.elastic.mirrored_convolution import MirroredConvolution
+from fretsolve.elastic.mirrored.convolution import MirroredConvolution
 from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam

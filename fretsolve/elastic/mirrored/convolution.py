@@ -3,7 +3,7 @@
 A field that is even in y, as p, qx, ux and uz are, has a cosine series along y, and an odd one, as qy and uy, a sine
 series. So half of the cells have half of the wave numbers, and a convolution takes half of the work:
 
-1. Each field is transformed along y into the slots of its series (`fretsolve.elastic.half_transform`).
+1. Each field is transformed along y into the slots of its series (`fretsolve.elastic.mirrored.half_transform`).
 2. Slots are padded and transformed along x, two at a time, as the real and the imaginary part of one line: those of qx
    and qy with the same number, or two of p. Lines are multiplied with the kernels and transformed back. Blocks of
    lines fit into a core's cache.
@@ -23,8 +23,8 @@ import numpy as np
 
 from fretsolve.elastic.cache_block import CacheBlock, even_parts
 from fretsolve.elastic.fftw import fast_length, padded_length
-from fretsolve.elastic.half_transform import MOST_PRODUCTS, FastTransform, MatrixTransform
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum, spectrum_of
+from fretsolve.elastic.mirrored.half_transform import MOST_PRODUCTS, FastTransform, MatrixTransform
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import Fields, FloatArray
 
@@ -75,7 +75,7 @@ class MirroredConvolution:
     def __init__(self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam, periodic: bool = False):
         nx, ny = self._half = shape
         self.shape = nx, 2 * ny  # of the whole field, whose offsets the kernels have
-        self.team, self._kernels = team, team.kernels.spectral
+        self.team, self._kernels, self._spectral = team, team.kernels.slots, team.kernels.spectral
         self._float, self._complex = np.dtype(dtype), np.result_type(dtype, np.complex64)
         least = ny if periodic else 2 * ny
         self._by_matrices = least * ny * nx <= MOST_PRODUCTS
@@ -181,7 +181,7 @@ class MirroredConvolution:
 
     def _steps(self, lines: Lines, part: slice, blocks: list[CacheBlock]) -> Callable[[], None]:
         """Return what convolves a part of `lines` along x."""
-        join, split, multiply = self._kernels.join_rows, self._kernels.split_rows, lines.multiply
+        join, split, multiply = self._spectral.join_rows, self._spectral.split_rows, lines.multiply
         count = part.stop - part.start
         joined = [
             (real[part], imaginary[part], block.source[:count], block.forward)

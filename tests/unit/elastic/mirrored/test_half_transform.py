@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.half_transform import FastTransform, MatrixTransform
+from fretsolve.elastic.mirrored.half_transform import FastTransform, MatrixTransform
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels import load
 

@@ -63,7 +63,7 @@ class FastTransform:
 
     def __init__(self, shape: tuple[int, int], slots: int, dtype: np.dtype[Any], team: ThreadTeam):
         complex_type = np.result_type(dtype, np.complex64)
-        self._team, self._kernels, pairs = team, team.kernels.spectral, (shape[0] + 1) // 2
+        self._team, self._kernels, pairs = team, team.kernels.slots, (shape[0] + 1) // 2
         self._phases = np.exp(-0.5j * np.pi / slots * np.arange(slots)).astype(complex_type)
         parts = even_parts(pairs, slots * complex_type.itemsize)
         self._halves = [(part, slice(pairs + part.start, pairs + part.stop)) for part in parts]

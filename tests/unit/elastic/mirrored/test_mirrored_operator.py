@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic import cache_block, half_transform
-from fretsolve.elastic.mirrored_operator import MirroredOperator
+from fretsolve.elastic import cache_block
+from fretsolve.elastic.mirrored import half_transform
+from fretsolve.elastic.mirrored.operator import MirroredOperator
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels import load
@@ -62,7 +63,7 @@ def test_displacements_are_those_of_the_whole_grid(shape, compiled):
 def test_blocks_of_lines_and_threads_change_no_bit(compiled, monkeypatch):
     monkeypatch.setattr(cache_block, "CACHE_BYTES", 4096)
     monkeypatch.setattr(half_transform, "MOST_PRODUCTS", 0)
-    monkeypatch.setattr("fretsolve.elastic.mirrored_convolution.MOST_PRODUCTS", 0)
+    monkeypatch.setattr("fretsolve.elastic.mirrored.convolution.MOST_PRODUCTS", 0)
     random, shape = np.random.default_rng(1), (21, 13)
     pressure, shear = random.normal(size=shape), random.normal(size=(2, *shape))
     whole, half = both(shape, compiled=compiled)
