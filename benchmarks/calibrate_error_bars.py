@@ -144,13 +144,17 @@ def true_values(case: CalibrationCase, setup: ProblemSetup) -> dict[int, Mapping
 
 
 def scales(summaries: Sequence[Summary]) -> dict[str, float]:
-    """Return what counts as 0: a thousandth of the load, displacement or moment that goes with a value."""
+    """Return what counts as 0: a thousandth of the load, displacement or moment that goes with a value.
+
+    Of energies that is one of the largest, and 1e-9 of P delta_z.
+    """
     largest = {name: max(abs(float(getattr(row, name))) for row in summaries) for name in QUANTITIES}
     force, moment = largest["P"], largest["P"] * largest["contact_radius"]
     turn = largest["delta_z"] / largest["contact_radius"]
     own = {"Qx": force, "Qy": force, "Mx": moment, "My": moment, "Mz": moment}
     own |= dict.fromkeys(("delta_x", "delta_y"), largest["delta_z"])
     own |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), turn)
+    own["work_total"] = max(largest["work_total"], 1e-6 * force * largest["delta_z"])
     return {name: 1e-3 * own.get(name, largest[name]) for name in QUANTITIES}
 
 

@@ -113,7 +113,7 @@ class LeastErrors:
     ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
     length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
     (MPa) of their ridges beyond that of cells; maps: whether there are height maps; edges: tips and edges, where
-    pressures are largest.
+    pressures are largest; flat: whether one is a punch.
     """
 
     model: Model
@@ -126,11 +126,12 @@ class LeastErrors:
     ridges: float
     maps: bool
     edges: tuple[Edge, ...]
+    flat: bool = False
 
     @property
     def _unseen_slip(self) -> UnseenSlip:
         """Slip that no cell shows."""
-        return UnseenSlip(self.model, self.side, self.slender, self.ends, self.edges)
+        return UnseenSlip(self.model, self.side, self.slender, self.ends, self.edges, self.flat)
 
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
@@ -144,7 +145,8 @@ class LeastErrors:
         slender = 1.0 if setup.model.line else side / min(cell)
         found = edges(surfaces, setup.grid)
         maps = any(surface.kind == "heights" for surface in surfaces)
-        return cls(setup.model, side, slender, sharp, bool(radii), missed, flattening, ridges, maps, found)
+        flat = any(surface.kind == "punch" for surface in surfaces)
+        return cls(setup.model, side, slender, sharp, bool(radii), missed, flattening, ridges, maps, found, flat)
 
     def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.

@@ -19,7 +19,7 @@ class ShearPath:
     way in the last increment and in all; last_thin, thin: least error (mJ) of what the last increment and all
     dissipated in annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to
     gross slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
-    now, before: the summaries of the last increment and of the one before it, None where there is none.
+    now: the summary of the last increment; before: that of the largest P of those before it; None where there is none.
     """
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -43,11 +43,18 @@ class ShearPath:
         thin: least error (mJ) of what the increment dissipates in an annulus thinner than cells.
         """
         if carried <= 0.0:
-            return replace(self, last=0.0, last_thin=0.0, now=summary, before=self.now)
+            return replace(self, last=0.0, last_thin=0.0, now=summary, before=self._most_pressed)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
         last = math.dist(at, self.at)
         largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
         length, thin_so_far = self.length + last, self.thin + thin
-        return ShearPath(at, largest, last, length, thin, thin_so_far, summary, self.now)
+        return ShearPath(at, largest, last, length, thin, thin_so_far, summary, self._most_pressed)
+
+    @property
+    def _most_pressed(self) -> Summary | None:
+        """The summary of the largest P so far."""
+        if self.before is None or (self.now is not None and self.now.P >= self.before.P):
+            return self.now
+        return self.before

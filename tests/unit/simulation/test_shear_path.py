@@ -9,7 +9,7 @@ from fretsolve.simulation.shear_path import LEAST_LEFT, ShearPath
 
 
 def summary(**loads: float) -> Any:
-    return cast(Any, SimpleNamespace(**{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "contact_radius": 0.3} | loads))
+    return cast(Any, SimpleNamespace(**{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "P": 400.0, "contact_radius": 0.3} | loads))
 
 
 def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
@@ -34,6 +34,14 @@ def test_pressing_unlike_bodies_is_no_way_and_neither_is_lost_contact():
     assert (pressed.length, pressed.largest) == (0.0, 0.5)
     lost = pressed.after(summary(Qx=1.0), 0.0, 0.0, 1.0)
     assert (lost.last, lost.length, lost.last_thin, lost.thin) == (0.0, pressed.length, 0.0, 1e-6)
+
+
+def test_it_keeps_the_summary_of_the_largest_load_before():
+    loads = [summary(P=10.0), summary(P=50.0), summary(P=20.0)]
+    path = ShearPath()
+    for one in loads:
+        path = path.after(one, 40.0, 0.0, 0.0)
+    assert (path.now, path.before) == (loads[2], max(loads[:2], key=lambda one: one.P))
 
 
 def test_it_keeps_the_last_two_summaries():
