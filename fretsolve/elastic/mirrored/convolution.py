@@ -24,7 +24,7 @@ import numpy as np
 from fretsolve.elastic.cache_block import CacheBlock, even_parts
 from fretsolve.elastic.fftw import fast_length, padded_length
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum, spectrum_of
-from fretsolve.elastic.mirrored.half_transform import MOST_PRODUCTS, FastTransform, MatrixTransform
+from fretsolve.elastic.mirrored.half_transform import MOST_PRODUCTS, TANGENTIAL, FastTransform, MatrixTransform
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import Fields, FloatArray
 
@@ -32,9 +32,6 @@ Spectra = Mapping[Influence, KernelSpectrum]
 
 Pairs = list[tuple[FloatArray, FloatArray]]
 """Slots, (n, nx), of the real and of the imaginary part of lines; the latter may have fewer."""
-
-TANGENTIAL = False, True
-"""Which of the components x and y of a tangential field are odd."""
 
 
 Name = tuple[str, KernelSpectrum]
@@ -62,7 +59,7 @@ class Task(NamedTuple):
     name: Name
     odd_fields: tuple[bool, ...]
     odd_results: tuple[bool, ...]
-    lines_of: Callable[[list[FloatArray]], Lines]
+    lines_of: Callable[[Fields], Lines]
 
 
 class MirroredConvolution:
@@ -81,7 +78,7 @@ class MirroredConvolution:
         self._by_matrices = least * ny * nx <= MOST_PRODUCTS
         self._count = least if self._by_matrices else fast_length(least)
         self.padded = fast_length(nx) if periodic else padded_length(nx), 2 * self._count
-        self._kept: dict[Name, tuple[list[FloatArray], Callable[[], None]]] = {}
+        self._kept: dict[Name, tuple[Fields, Callable[[], None]]] = {}
         self._blocks: dict[tuple[int, int], list[CacheBlock]] = {}
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
@@ -91,7 +88,7 @@ class MirroredConvolution:
     def scalar(self, kernel: KernelSpectrum, odd: bool, field: FloatArray, result: FloatArray) -> None:
         """Compute `result` from one `field`, both (nx, ny); odd: both are odd in y, as qy and uy are."""
 
-        def lines(slots: list[FloatArray]) -> Lines:
+        def lines(slots: Fields) -> Lines:
             pairs, values = (self._count + 1) // 2, self._values(kernel, odd)
             both = [(slots[0][:pairs], slots[0][pairs:])]
             return Lines(self._kernels.multiply_slots, (values[:pairs], values[pairs:]), both, both)
@@ -112,7 +109,7 @@ class MirroredConvolution:
                     result[:] = 0.0
             return
 
-        def lines(slots: list[FloatArray]) -> Lines:
+        def lines(slots: Fields) -> Lines:
             kernels = self._values(spectra["xx"]), self._values(spectra["yy"], True), self._values(spectra["xy"])
             return Lines(self._kernels.multiply_in_plane, kernels, [(slots[0], slots[1])], [(slots[0], slots[1])])
 
@@ -121,7 +118,7 @@ class MirroredConvolution:
     def sideways(self, spectra: Spectra, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement (2, nx, ny) from pressure (nx, ny)."""
 
-        def lines(slots: list[FloatArray]) -> Lines:
+        def lines(slots: Fields) -> Lines:
             x, y = slots
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.turn_sideways, kernels, [(x, x[:0])], [(x, y)])
@@ -131,7 +128,7 @@ class MirroredConvolution:
     def upright(self, spectra: Spectra, shear: FloatArray, uz: FloatArray) -> None:
         """Compute uz (nx, ny) from shear (2, nx, ny)."""
 
-        def lines(slots: list[FloatArray]) -> Lines:
+        def lines(slots: Fields) -> Lines:
             x, y = slots
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.turn_upright, kernels, [(x, y)], [(x, x[:0])])
@@ -143,7 +140,7 @@ class MirroredConvolution:
     ) -> None:
         """Compute normal and tangential displacement from pressure and shear."""
 
-        def lines(slots: list[FloatArray]) -> Lines:
+        def lines(slots: Fields) -> Lines:
             z, x, y = slots
             names: tuple[Influence, ...] = "zz", "xx", "yy", "xy", "xz", "yz"
             kernels = tuple(self._values(spectra[name], name == "yy") for name in names)
@@ -160,7 +157,7 @@ class MirroredConvolution:
         along_x()
         self._transform.backward(slots, task.odd_results, results)
 
-    def _slots_and_steps(self, task: Task) -> tuple[list[FloatArray], Callable[[], None]]:
+    def _slots_and_steps(self, task: Task) -> tuple[Fields, Callable[[], None]]:
         """Return arrays for the slots of a task, and what convolves their lines along x.
 
         On small grids both are kept, as making them would take 10 us of each convolution.
@@ -168,7 +165,7 @@ class MirroredConvolution:
         count, size = max(len(task.odd_fields), len(task.odd_results)), (self._count, self._half[0])
         bytes_per_line = self.padded[0] * self._complex.itemsize
         if len(even_parts(self._count, bytes_per_line)) == 1:
-            slots: list[FloatArray] = [np.zeros(size, self._float) for _ in range(count)]
+            slots: Fields = np.zeros((count, *size), self._float)
             lines = task.lines_of(slots)
             rows = slice(0, len(lines.sources[0][0]))
             self._kept[task.name] = slots, self._steps(lines, rows, self._blocks_of(0, rows.stop, lines))

@@ -24,6 +24,9 @@ MOST_PRODUCTS = 2**18
 among threads of BLAS's own."""
 
 
+TANGENTIAL = False, True
+"""Which of the components x and y of a tangential field are odd."""
+
 MOST_FIELDS = 3
 """Fields of a convolution at most: p, qx and qy."""
 
@@ -36,21 +39,26 @@ class MatrixTransform:
 
     def __init__(self, columns: int, slots: int, dtype: np.dtype[Any]):
         angles = np.pi / (2 * slots) * np.outer(np.arange(slots), 2 * np.arange(columns) + 1)
-        even, odd = np.cos(angles), np.sin(angles)
-        odd[0] = (-1.0) ** np.arange(columns)
+        both = np.array([np.cos(angles), np.sin(angles)])
+        both[1, 0] = (-1.0) ** np.arange(columns)
         weights = np.where(np.arange(slots) == 0, 1.0, 2.0)[:, None]
-        self._forward = [(2.0 * values).astype(dtype) for values in (even, odd)]
-        self._backward = [(weights * values).astype(dtype) for values in (even, odd)]
+        self._forward, self._backward = (2.0 * both).astype(dtype), (weights * both).astype(dtype)
 
-    def forward(self, fields: Fields, odd: Sequence[bool], slots: Sequence[FloatArray]) -> None:
+    def forward(self, fields: Fields, odd: Sequence[bool], slots: Fields) -> None:
         """Write the coefficients of fields (nx, columns) into as many of the `slots`, (slots, nx)."""
+        if isinstance(fields, np.ndarray) and isinstance(slots, np.ndarray) and odd == TANGENTIAL:  # one call for both
+            np.matmul(self._forward, fields.transpose(0, 2, 1), out=slots, casting="same_kind")
+            return
         for field, is_odd, found in zip(fields, odd, slots, strict=False):
-            np.matmul(self._forward[is_odd], field.T, out=found, casting="same_kind")
+            np.matmul(self._forward[int(is_odd)], field.T, out=found, casting="same_kind")
 
-    def backward(self, slots: Sequence[FloatArray], odd: Sequence[bool], fields: Fields) -> None:
+    def backward(self, slots: Fields, odd: Sequence[bool], fields: Fields) -> None:
         """Write the fields (nx, columns) with the coefficients `slots`, (slots, nx)."""
+        if isinstance(fields, np.ndarray) and isinstance(slots, np.ndarray) and odd == TANGENTIAL:
+            np.matmul(slots.transpose(0, 2, 1), self._backward, out=fields, casting="same_kind")
+            return
         for values, is_odd, field in zip(slots, odd, fields, strict=False):
-            np.matmul(values.T, self._backward[is_odd], out=field, casting="same_kind")
+            np.matmul(values.T, self._backward[int(is_odd)], out=field, casting="same_kind")
 
 
 class FastTransform:
@@ -70,7 +78,7 @@ class FastTransform:
         members = team.members(range(MOST_FIELDS * len(parts)))
         self._blocks = [CacheBlock((parts[0].stop, slots), complex_type) for _ in members]
 
-    def forward(self, fields: Fields, odd: Sequence[bool], slots: Sequence[FloatArray]) -> None:
+    def forward(self, fields: Fields, odd: Sequence[bool], slots: Fields) -> None:
         """Write the coefficients of fields (nx, columns) into as many of the `slots`, (slots, nx)."""
 
         def transform(member: int, rows: tuple[FloatArray, bool, FloatArray, slice, slice]) -> None:
@@ -85,7 +93,7 @@ class FastTransform:
         fields_of = list(zip(fields, odd, slots, strict=False))
         self._team.share(transform, [(*one, *rows) for one in fields_of for rows in self._halves])
 
-    def backward(self, slots: Sequence[FloatArray], odd: Sequence[bool], fields: Fields) -> None:
+    def backward(self, slots: Fields, odd: Sequence[bool], fields: Fields) -> None:
         """Write the fields (nx, columns) with the coefficients `slots`, (slots, nx)."""
 
         def transform(member: int, rows: tuple[FloatArray, bool, FloatArray, slice, slice]) -> None:
