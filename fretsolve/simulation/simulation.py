@@ -249,7 +249,7 @@ def _solver_type(setup: ProblemSetup, separation: FloatArray) -> type[IncrementS
         from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver
 
         return OrthotropicIncrementSolver
-    if may_be_mirrored(setup.case, model) and is_mirrored(setup.grid, separation):
+    if may_be_mirrored(setup.case, model, setup.grid) and is_mirrored(setup.grid, separation):
         return MirroredIncrementSolver
     return IncrementSolver
 

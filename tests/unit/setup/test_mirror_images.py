@@ -25,6 +25,8 @@ def setup_of(path=PATH[:2], **parts):
         ({"path": [PATH[0], {"Mz": 0.0, "increments": 2}]}, 5),
         ({"path": [PATH[0], {"delta_y": 1e-4, "increments": 2}, PATH[1]]}, 3),
         ({"grid": {"points": 33}}, 0),
+        ({"grid": {"points": 16}}, 5),
+        ({"grid": {"points": 14}}, 0),
         ({"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 5.0, "angle": 0.3}}}, 0),
         ({"friction": {"coefficient": [0.2, 0.1]}}, 0),
         ({"friction": {"expression": "0.1 + 0.1*(r < 0.1)"}}, 5),
