@@ -20,8 +20,8 @@ SAMPLED_ROWS = 5
 
 
 LEAST_CELLS = 16 * 16
-"""Cells from which halves pay. On 8 x 8 and 12 x 12 points, where calls take all of the time, mode I.3 takes 1.1 times as
-long on them; on 16 x 16 0.9 times without numba and 1.05 times with it, on 64 x 64 0.94 and 0.79 times."""
+"""Cells from which halves pay. On 8 x 8 and 12 x 12 points, where calls take all of the time, mode I.3 takes 1.1 times
+as long on them; on 16 x 16 0.9 times without numba and 1.05 times with it, on 64 x 64 0.94 and 0.79 times."""
 
 
 def may_be_mirrored(case: Case, model: Model, grid: Grid) -> bool:

@@ -28,7 +28,8 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 FLAT_WORK = 1.0
 """What a flat punch dissipates that is pressed against an unlike body, over mu beta (w/a) pm^2 a^3/E*, with the mean
 pressure pm: near its edge, a distance s from it, the pressure goes with pm (a/s)^(1/2), and slip with beta (pm/E*)
-(a s)^(1/2). It is 0.77, 0.82 and 0.89 at w/a = 0.16, 0.06 and 0.016 (384 x 384 points, edges sharp or rounded)."""
+(a s)^(1/2). It is 0.77, 0.82 and 0.89 at w/a = 0.16, 0.06 and 0.016
+(`python benchmarks/flat_punch.py`)."""
 
 
 @dataclass(frozen=True)
