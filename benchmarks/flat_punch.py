@@ -2,8 +2,8 @@
 
     python benchmarks/flat_punch.py            # some minutes on one core
 
-The law is mu beta (w/a) pm^2 a^3/E*, with Dundurs' constant beta, the width w of the slip annulus by Spence, and the mean
-pressure pm. Edges are sharp, or rounded by 0.006 of the radius a. On cells larger than w nothing slips.
+The law is mu beta (w/a) pm^2 a^3/E*, with Dundurs' constant beta, the width w of the slip annulus by Spence, and the
+mean pressure pm. Edges are sharp, or rounded by 0.006 of the radius a. On cells larger than w nothing slips.
 """
 
 from __future__ import annotations
