@@ -25,7 +25,6 @@ from fretsolve.increment.increment import Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.simulation import increment_solver
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -93,6 +92,8 @@ def cost_of_path(job: Job, points: int) -> Cost:
 
 def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     """Return the cost of one increment; those before it are solved once."""
+    from fretsolve.simulation.simulation import increment_solver  # on demand, since older clones lack it
+
     setup = setup_of(job, points)
     solver = increment_solver(setup, setup.separation(), threads=1)
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then

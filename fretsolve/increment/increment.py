@@ -88,17 +88,21 @@ class IncrementSolver:
         before = self.applications
         try:
             return self._solve(increment, start, before)
-        except NoSolutionError:
-            if start.trend is None:
+        except NoSolutionError as error:
+            presses = start.normal != increment.normal and start.pressure.any()
+            if start.trend is None and not (presses and isinstance(error, NotConvergedError)):
                 raise
         # without the trend, since the start itself may be nearer to the solution
-        return self._solve(increment, replace(start, trend=None), before)
+        if start.trend is not None:
+            return self._solve(increment, replace(start, trend=None), before)
+        # as if nothing had touched before, since the contact may move by more than its size
+        return self._solve(increment, start, before, afresh=True)
 
-    def _solve(self, increment: Increment, start: InitialState, before: float) -> Solved:
-        """Solve an increment from `start`; before: applications before it."""
+    def _solve(self, increment: Increment, start: InitialState, before: float, afresh: bool = False) -> Solved:
+        """Solve an increment from `start`; before: applications before it; afresh: with no pressure as an estimate."""
         target, free = SOLVER_TOLERANCE_SHARE * self.tolerance, FREE_CELLS
         require_supported(increment.normal, self.separation, self.grid)
-        work = self._estimate(increment, start)
+        work = self._estimate(increment, start, afresh)
         if start.trend is not None:
             start = _follow(start.trend, start, work, start.friction or FrictionBound(self.model.friction))
         expected = work.pressure > 0.0
@@ -139,11 +143,16 @@ class IncrementSolver:
         )
         return self.level.applications + inside + self._spent
 
-    def _estimate(self, increment: Increment, start: InitialState) -> WorkingState:
-        """Return a copy of the start, with a pressure estimated on coarser grids if the normal load changes."""
+    def _estimate(self, increment: Increment, start: InitialState, afresh: bool) -> WorkingState:
+        """Return a copy of the start, with a pressure estimated on coarser grids if the normal load changes.
+
+        afresh: from no pressure.
+        """
         work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy())
         if start.normal == increment.normal:
             return work
+        if afresh:
+            work.pressure[:] = 0.0
         separation = self.separation
         if self.model.terms.normal_tangential_coupling and work.shear.any():
             uz = np.empty_like(work.pressure)

@@ -45,10 +45,15 @@ from runs."""
 
 @dataclass(frozen=True)
 class Edge:
-    """A tip or an edge. radius: of its rounding, mm, 0 if it is sharp; near: cells from which it is in reach."""
+    """A tip or an edge.
+
+    radius: of its rounding, mm, 0 if it is sharp; near: cells from which it is in reach; covered: part of a cell that
+    the flat part covers where it ends along cells, which tells K from their pressure; 1 where it crosses them.
+    """
 
     radius: float
     near: BoolArray
+    covered: float = 1.0
 
     def hidden_pressure(self, pressure: FloatArray, side: float, contact_modulus: float) -> float:
         """Return by how much (MPa) the pressure at the edge may exceed the largest one of cells of `side` (mm).
@@ -58,7 +63,7 @@ class Edge:
         edge = float(np.max(pressure, where=self.near, initial=0.0))
         if edge == 0.0 or self.radius == 0.0:
             return math.inf if edge else 0.0
-        factor = _singularity(edge, side)
+        factor = self._largest_singularity(edge, side, contact_modulus)
         depth, shown = self._depth(factor, contact_modulus), float(pressure.max())
         least = HARDLY_SEEN * shown * min(max(2.0 - depth / side, 0.0), 1.0)
         return max(PEAK * factor / math.sqrt(depth) - shown, least)
@@ -97,6 +102,20 @@ class Edge:
         shares = np.minimum(np.maximum(shear / np.maximum(limit, 1e-6 * largest), at_corners), 1.0)
         beyond = np.clip(REACH * shares + unlike - 1.0, 0.0, 1.0)
         return float((limit**2 * beyond).sum())
+
+    def _largest_singularity(self, pressure: float, side: float, contact_modulus: float) -> float:
+        """Return K from the largest pressure of the last cells, of which the last one may be covered in part.
+
+        The mean of K / s^(1/2) over the part f of a cell is 2 K f^(1/2) of the whole one, over the next cell
+        2 K ((1 + f)^(1/2) - f^(1/2)), both over side^(1/2). The distance s counts from a place within the depth of the
+        contact in the rounding; of these places the one counts from which the cells tell least.
+        """
+        whole = _singularity(pressure, side)
+        if self.covered == 1.0:
+            return whole
+        depth = self._depth(whole / _told(self.covered), contact_modulus)
+        places = self.covered + depth / side * np.linspace(0.0, 1.0, 9)
+        return whole / min(_told(1.0 - (-float(place)) % 1.0) for place in places)
 
     def _depth(self, factor: float, contact_modulus: float) -> float:
         """Return the depth d (mm) at the factor K."""
@@ -158,7 +177,39 @@ def _edge(surface: Surface, grid: Grid) -> Edge | None:
     radius = rounding(surface)
     if radius is None:
         return None
-    return Edge(radius, _beyond(surface, x, y) >= -radius - side)
+    return Edge(radius, _beyond(surface, x, y) >= -radius - side, _covered(surface, grid, radius))
+
+
+def _covered(surface: Surface, grid: Grid, radius: float) -> float:
+    """Return the part of the last cell that the flat part of a body covers, if it ends along cells, else 1.
+
+    Of several ends that is the part from which the pressure of the cells tells least. radius: of the rounding, which
+    begins outside of a line contact's flat part, else inside of the body.
+    """
+    ends: list[tuple[float, float, DoubleArray, float]] = []
+    x, y = (surface.center[0], grid.x, grid.dx), (surface.center[1], grid.y, grid.dy)
+    if surface.kind == "punch" and surface.half_width is not None:
+        line = grid.shape[1] == 1
+        reach = surface.half_width - (0.0 if line else radius)
+        ends = [(reach, *x)] if line else [(reach, *x), (reach, *y)]
+    elif surface.kind == "cylinder" and surface.length is not None:
+        reach = 0.5 * surface.length - radius
+        along = abs(math.cos(surface.axis)), abs(math.sin(surface.axis))
+        ends = [(reach, *axis) for axis, other in ((x, along[1]), (y, along[0])) if other < ALIGNED]
+    parts = [1.0]
+    for reach, center, cells, side in ends:
+        first = float(cells[0]) - 0.5 * side
+        for place in ((center + reach - first) / side, (first - center + reach) / side + len(cells)):
+            parts.append(1.0 - (-place) % 1.0)
+    return min(parts, key=_told)
+
+
+def _told(part: float) -> float:
+    """Return what the larger pressure of the last two cells tells of K, over what it does where the last is covered.
+
+    part: that of the last cell which is covered.
+    """
+    return max(math.sqrt(part), math.sqrt(1.0 + part) - math.sqrt(part))
 
 
 def _beyond(surface: Surface, x: DoubleArray, y: DoubleArray) -> DoubleArray:

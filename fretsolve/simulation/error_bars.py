@@ -212,8 +212,16 @@ class ErrorBars:
     def _change_by_increments(self, step: int, order: float) -> DoubleArray:
         """Return what infinitely many increments would add to the values; order: of the energy of the first stage."""
         change = self._runs.change_by_increments(step, order)
-        change[WORK] = change[TOTAL] - self._runs.change_by_increments(step - 1, order)[TOTAL]
+        change[TOTAL], before = (self._change_of_total(one, order) for one in (step, step - 1))
+        change[WORK] = change[TOTAL] - before
         return change
+
+    def _change_of_total(self, step: int, order: float) -> float:
+        """Return what they would add to all that is dissipated, which stays above 0."""
+        if step < 0:
+            return 0.0
+        change = float(self._runs.change_by_increments(step, order)[TOTAL])
+        return max(change, -self._summaries[step].work_total) if order == FIRST_ORDER else change
 
     def _safety_at(self, step: int) -> tuple[DoubleArray, DoubleArray]:
         """Return the factors on the first-order error of the increments in the values as run and corrected.

@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, SPHERE, build
+from solving import DISSIMILAR, SIMILAR, SPHERE, build
 
 from fretsolve.case.models import Case
 from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.line import RoundedPunch
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import set_up
@@ -650,3 +651,22 @@ def test_bars_of_an_opened_contact_are_those_of_its_errors() -> None:
     assert ends[2][0].max_pressure == 0.0
     assert opened.max_pressure_error < 0.01 * pressed.max_pressure
     assert abs(ends[2][0].delta_z) < opened.delta_z_error < 0.02 * pressed.delta_z
+
+
+@pytest.mark.parametrize("points", [32, 48, 64])
+@pytest.mark.parametrize(("edge_radius", "load"), [(0.05, 600.0), (0.1, 600.0), (0.1, 200.0), (0.3, 200.0)])
+def test_the_bar_of_the_largest_pressure_holds_a_rounded_punch_in_plane_strain(edge_radius, load, points):
+    """Ciavarella's peak, also where the flat part covers a part of its last cells alone, whose pressure tells less."""
+    setup = set_up(
+        build(
+            bodies=SIMILAR,
+            plane="strain",
+            surface={"punch": {"half_width": 0.5, "edge_radius": edge_radius}},
+            grid={"points": points},
+            load_path=[{"P": load}],
+            solver={"error_bars": True},
+        )
+    )
+    *_, last = run_with_error_bars(setup)
+    exact = RoundedPunch(load, 0.5, edge_radius, setup.model.compliances.contact_modulus).max_pressure
+    assert abs(last.summary.max_pressure - exact) <= 1.05 * last.errors.max_pressure_error

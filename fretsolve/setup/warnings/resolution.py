@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from fretsolve.case.dimensions import cell_counts
+from fretsolve.case.keys.surface_specs import PunchSurface
 from fretsolve.errors import dotted
 from fretsolve.model.edges import CYLINDER_END, depth_in_rounding, rounding
 from fretsolve.setup.contact_size import AREA_MARGIN, room_for_coarse_runs
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 FEWEST_CELLS, FEWEST_STICK_CELLS, FEWEST_END_CELLS = 20, 3, 2
 """Cells across the contact below which results are off by per cents; across the stick zone for its size to count; in
-the contact with the rounding of a cylinder's end, with which the pressure there is 5 % too low."""
+the contact with the rounding of an end, with which the pressure there is 5 % too low."""
 
 STEEPEST_MAP = 1.0
 """Root mean square slope of a height map above which something is wrong, rather than rough."""
@@ -64,6 +65,26 @@ def about_edges(setup: ProblemSetup) -> Iterator[str]:
                 f"{dotted(key)}: the rounding of {radius:.3g} mm fits into a cell of {side:.3g} mm, so that the edge"
                 " counts as sharp: the largest pressure is much too small"
             )
+        elif radius and surface.kind == "punch" and len(setup.case.surface) == 1:
+            yield from about_punch(setup, surface, radius)
+
+
+def about_punch(setup: ProblemSetup, punch: PunchSurface, radius: float) -> Iterator[str]:
+    """Warn of a punch whose contact hardly enters the rounding of its edge."""
+    load = max((forces.get("P", 0.0) for forces in setup.closed_forms.loads), default=0.0)
+    side, size = max(setup.grid.dx, setup.grid.dy), punch.radius or punch.half_width or 0.0
+    flat = size if setup.model.line else (size - radius) * (1.0 if punch.radius else 2.0 / math.sqrt(math.pi))
+    if load <= 0.0 or flat <= 0.0:
+        return
+    # near the edge of the flat part the pressure is that of a rigid flat punch, K / s^(1/2) at the distance s
+    factor = load / (math.pi * math.sqrt(2.0 * flat) * (1.0 if setup.model.line else 2.0 * flat))
+    depth = depth_in_rounding(factor, radius, setup.model.compliances.contact_modulus)
+    if depth < FEWEST_END_CELLS * side:
+        key = setup.case.source.problem("", ("surface", 0, "punch", "edge_radius")).key
+        yield (
+            f"{dotted(key)}: the contact reaches about {depth:.2g} mm into the rounding of the edge, and cells are"
+            f" {side:.2g} mm: the largest pressure, there, depends on the grid"
+        )
 
 
 def about_end(setup: ProblemSetup, contact: HertzLine) -> Iterator[str]:

@@ -45,7 +45,8 @@ def about_sliding(setup: ProblemSetup) -> Iterator[str]:
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
             name = "Qx" if Qx >= Qy else "Qy"
             unit = setup.case.dimensions[name].unit
-            limit = limit if most_force > 0.0 else "friction is 0"
+            if most_force == 0.0:
+                limit = "P is 0" if pressed == 0.0 else "friction is 0"
             loads = f"{force:.6g} {unit} is not below the {most_force:.6g} {unit} ({limit})"
         elif Mz > most_torque:
             name, loads = "Mz", f"{Mz:.6g} N mm is not below the {most_torque:.6g} N mm ({of_torque})"

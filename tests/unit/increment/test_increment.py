@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from solving import DISSIMILAR, LOAD, SIMILAR, build
 
+from fretsolve import run
 from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.increment import increment as increment_module
 from fretsolve.increment.increment import IncrementSolver
@@ -203,3 +204,16 @@ def test_an_error_from_a_trend_is_not_the_last_word(monkeypatch):
     found = solver.solve(pulled, replace(first, trend=Trend(1.0, still, np.zeros(6))))
     assert trends == [True, False]
     np.testing.assert_array_equal(found.solution.shear, plain.solution.shear)
+
+
+@pytest.mark.parametrize("points", [47, 48])
+def test_a_contact_that_moves_by_more_than_its_size(points):
+    """Pressed in the middle, then by a moment that shifts it past its edge: solved as if nothing had touched before."""
+    parts = {"surface": {"sphere": {"radius": 12.0}}, "bodies": SIMILAR, "friction": 0.7}
+    path = [{"P": 200.0, "increments": 1}, {"Mx": 100.0, "increments": 1}]
+    *_, last = run(build(**parts, grid={"points": points}, load_path=path))
+    assert last.summary.residual_gap <= 1e-6
+    columns = np.flatnonzero(last.fields.pressure.any(axis=0))
+    y = set_up(build(**parts, grid={"points": points}, load_path=path)).grid.y
+    assert 0.5 * (y[columns[0]] + y[columns[-1]]) == pytest.approx(0.5, abs=y[1] - y[0])
+    assert last.summary.Mx == pytest.approx(100.0, rel=1e-6)

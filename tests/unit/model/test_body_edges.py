@@ -74,7 +74,7 @@ def test_roundings_within_a_cell_are_warned_of() -> None:
     punch = {"punch": {"radius": 0.5, "edge_radius": 0.02}}
     (text,) = [one for one in case_warnings(setup_of(punch)) if "rounding" in one]
     assert "edge_radius: the rounding of 0.02 mm fits into a cell of 0.0293 mm" in text
-    assert not [one for one in case_warnings(setup_of(punch, points=64)) if "rounding" in one]
+    assert not [one for one in case_warnings(setup_of(punch, points=64)) if "fits into a cell" in one]
     assert not [one for one in case_warnings(setup_of({"punch": {"radius": 0.5}})) if "rounding" in one]
 
 
@@ -104,3 +104,27 @@ def test_sharp_edges_hide_slip_near_the_friction_limit_alone() -> None:
     assert sharp.hidden_stress(limit, 0.0 * limit, 0.6, 0.0) == pytest.approx(30.0**2 * 0.08)
     assert sharp.hidden_stress(limit, 0.5 * limit, 0.3, 0.5) == pytest.approx((30.0**2 + 10.0**2) * 0.1)
     assert Edge(0.1, sharp.near).hidden_stress(limit, limit, 1.0, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("covered", [1.0, 0.8, 0.5, 1.0 / 3.0, 0.1])
+def test_cells_that_an_edge_covers_in_part_tell_less_of_it(covered: float) -> None:
+    """The larger one of the last two cells under K / s^(1/2), from an edge that covers a part of the last one."""
+    cell, near, factor, modulus = 0.03, np.ones((1, 1), dtype=bool), 50.0, 1.1e5
+    shown = 2.0 * factor / math.sqrt(cell) * max(math.sqrt(covered), math.sqrt(1.0 + covered) - math.sqrt(covered))
+    found = Edge(1e-3, near, covered)._largest_singularity(shown, cell, modulus)
+    assert factor * (1.0 - 1e-12) <= found < 1.1 * factor
+
+
+@pytest.mark.parametrize(
+    ("punch", "size", "expected"),
+    [
+        ({"half_width": 0.5, "edge_radius": 0.1}, 2.0, 0.4 * 16 % 1.0),  # flat up to 0.4 mm, 6.4 cells
+        ({"half_width": 0.5}, 2.0, 1.0),  # 8 cells
+        ({"radius": 0.5, "edge_radius": 0.1}, 2.0, 1.0),  # its edge crosses the cells
+    ],
+    ids=str,
+)
+def test_the_part_of_the_last_cells_that_is_flat(punch: dict[str, float], size: float, expected: float) -> None:
+    setup = set_up(build(surface={"punch": punch}, grid={"points": 32, "size": size}))
+    (edge,) = edges(setup.case.surface, setup.grid)
+    assert edge.covered == pytest.approx(expected)

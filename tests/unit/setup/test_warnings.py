@@ -194,3 +194,18 @@ def test_crowned_cylinder_is_an_ellipsoid_unless_it_reaches_its_ends() -> None:
     assert cylinder_setup(crown_radius=1000.0, length=4.0).closed_forms.largest == found
     assert not case_warnings(cylinder_setup(crown_radius=1000.0, length=4.0))
     assert cylinder_setup(crown_radius=1000.0, length=2.0).closed_forms.largest is None
+
+
+@pytest.mark.parametrize(
+    ("punch", "points", "plane", "warned"),
+    [
+        ({"radius": 0.5, "edge_radius": 0.1}, 48, None, True),
+        ({"radius": 0.5, "edge_radius": 0.4}, 400, None, False),
+        ({"half_width": 0.5, "edge_radius": 0.1}, 48, "strain", True),
+        ({"half_width": 0.5, "edge_radius": 0.1}, 2048, "strain", False),
+    ],
+)
+def test_a_rounding_that_the_contact_hardly_enters(punch, points, plane, warned, tmp_path):
+    parts = {"surface": {"punch": punch}, "grid": {"points": points}, **({"plane": plane} if plane else {})}
+    found = case_warnings(set_up(build(load_path=[{"P": 200.0}], **parts)), tmp_path / "out.h5")
+    assert any("into the rounding of the edge" in text for text in found) == warned
