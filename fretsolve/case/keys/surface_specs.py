@@ -93,7 +93,7 @@ class ConeSurface(_SurfaceModel):
 
 
 class PunchSurface(_SurfaceModel):
-    """A flat punch: round with a `radius`, or square with a `half_width`; its edge may be rounded."""
+    """A flat punch: round with a `radius`, or square with a `half_width`. Its edge may be rounded, within that size."""
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["half_width"]}]})
 
