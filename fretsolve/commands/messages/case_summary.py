@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from fretsolve.case.dimensions import LENGTH, NUMBER, Dimension, counted, in_small_unit, percent
 from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
@@ -61,8 +62,13 @@ def grid_line(setup: ProblemSetup) -> str:
 
 
 def mirror_lines(setup: ProblemSetup) -> list[str]:
-    """Return a line with the increments that are solved on one half of the grid, if there are any."""
-    count, increments = setup.mirrored_increments, setup.load_path.increments
+    """Return a line with the increments that are solved on one half of the grid, or would be with an even number of
+    points; none where there are none."""
+    count, increments, grid = setup.mirrored_increments, setup.load_path.increments, setup.grid
+    if not count and grid.ny % 2 and not setup.model.line:
+        even = replace(setup, grid=grid.cut_into(grid.nx, grid.ny + 1))
+        advice = "an even number of points along y lets mirror images be solved on the half y > 0"
+        return [advice] if even.mirrored_increments else []
     if not count:
         return []
     which = "all increments are" if count == increments else f"the first {counted(count, 'increment')} "

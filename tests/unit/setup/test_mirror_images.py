@@ -41,7 +41,14 @@ def test_increments_from_the_first_one_on(parts, expected):
     setup = setup_of(**parts)
     assert setup.mirrored_increments == expected
     assert setup.share_of_cells == pytest.approx(1.0 - 0.5 * expected / setup.load_path.increments)
-    assert len(mirror_lines(setup)) == (expected > 0)
+    advised = parts.get("grid") == {"points": 33}
+    assert len(mirror_lines(setup)) == (expected > 0 or advised)
+
+
+def test_validate_advises_an_even_number_of_points():
+    (line,) = mirror_lines(setup_of(grid={"points": 33}))
+    assert line == "an even number of points along y lets mirror images be solved on the half y > 0"
+    assert not mirror_lines(setup_of([{"P": 400.0, "Qy": 1.0}], grid={"points": 33}))
 
 
 def test_validate_says_which():
