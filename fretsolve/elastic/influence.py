@@ -44,7 +44,7 @@ SWAPPED: dict[Influence, Influence] = {"yy": "xx", "yz": "xz"}
 
 
 class OfKernels(Protocol):
-    """What the influence coefficients need of a convolution: cells and periods of its whole grid, and its spectra."""
+    """The part of a convolution that the influence coefficients need: shape and periods of its grid, and spectra."""
 
     shape: tuple[int, int]
     padded: tuple[int, int]

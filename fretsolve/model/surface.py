@@ -16,7 +16,7 @@ import numpy as np
 
 from fretsolve.case.keys.surface_specs import CylinderSurface, PunchSurface, Surface
 from fretsolve.model.grid import Grid
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, is_even_field
 
 if TYPE_CHECKING:
     from fretsolve.model.height_map import HeightMap
@@ -58,7 +58,7 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
 
 def is_mirrored(grid: Grid, separation: FloatArray) -> bool:
     """Return whether surfaces (nx, ny) on a grid are mirror images of themselves about y = 0, to the last bit."""
-    return grid.ny % 2 == 0 and grid.y0 == 0.0 and np.array_equal(separation, separation[:, ::-1])
+    return grid.ny % 2 == 0 and grid.y0 == 0.0 and is_even_field(separation)
 
 
 def map_border(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> BoolArray | None:

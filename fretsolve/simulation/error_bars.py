@@ -217,7 +217,10 @@ class ErrorBars:
         return change
 
     def _change_of_total(self, step: int, order: float) -> float:
-        """Return what they would add to all that is dissipated, which stays above 0."""
+        """Return what they would add to all that is dissipated.
+
+        Corrected values stay above 0; bars, which take the first stage as of another order, count all of it.
+        """
         if step < 0:
             return 0.0
         change = float(self._runs.change_by_increments(step, order)[TOTAL])

@@ -31,3 +31,9 @@ def vector_lengths(vectors: FloatArray) -> FloatArray:
     """Return the lengths (..) of vectors (2, ..). NumPy's `hypot`, safe from overflow, takes three times as long."""
     squares: FloatArray = np.einsum("c...,c...", vectors, vectors)
     return np.sqrt(squares, out=squares)
+
+
+def is_even_field(field: FloatArray) -> bool:
+    """Return whether a field (nx, ny) with an even number of columns is its own mirror image, to the last bit."""
+    half = field.shape[1] // 2
+    return np.array_equal(field[:, half:], field[:, half - 1 :: -1])

@@ -33,7 +33,6 @@ Spectra = Mapping[Influence, KernelSpectrum]
 Pairs = list[tuple[FloatArray, FloatArray]]
 """Slots, (n, nx), of the real and of the imaginary part of lines; the latter may have fewer."""
 
-
 Name = tuple[str, KernelSpectrum]
 """Of a convolution: what it computes, and one of its kernels, which tells those of one material from another's."""
 

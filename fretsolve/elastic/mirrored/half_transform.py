@@ -23,7 +23,6 @@ MOST_PRODUCTS = 2**18
 """Products of numbers up to which a transform is one of matrices, about 80 x 80 cells. Larger ones would be shared out
 among threads of BLAS's own."""
 
-
 TANGENTIAL = False, True
 """Which of the components x and y of a tangential field are odd."""
 
