@@ -39,6 +39,10 @@ increments of a growing load the last one is 1 % of it instead of 12 %."""
 UNKNOWN = 0.8
 """Edge motion of a stage without an estimate, spread evenly."""
 
+_EVENLY = EVEN * SHARES
+_TO_THE_END = END * (np.log((1.0 + NEAREST) / (1.0 - SHARES + NEAREST)) / np.log((1.0 + NEAREST) / NEAREST))
+"""Edge motion that every stage is given up to `SHARES`."""
+
 STRAIGHT = 1e-6
 """Distance of a cosine from 1 or -1 up to which a load keeps or reverses its direction."""
 
@@ -62,13 +66,14 @@ class StageGrading:
     def from_moves(cls, moves: DoubleArray, slip_width: float = 0.0) -> StageGrading:
         """Grade a stage by the edge motion from each of `SHARES` to the next, ``(n - 1,)``."""
         motion = np.concatenate([[0.0], np.cumsum(moves)])
-        left = (1.0 + NEAREST) / (1.0 - SHARES + NEAREST)
-        end = np.log(left) / np.log((1.0 + NEAREST) / NEAREST)
-        return cls(float(motion[-1]), motion + EVEN * SHARES + END * end, slip_width)
+        return cls(float(motion[-1]), motion + _EVENLY + _TO_THE_END, slip_width)
 
     def share(self, part: float) -> float:
         """Return the share of the stage that is done after `part` of its increments."""
         return 1.0 if part >= 1.0 else float(np.interp(part * self.progress[-1], self.progress, SHARES))
+
+
+_EVENLY_GRADED = StageGrading.from_moves(UNKNOWN * np.diff(SHARES))
 
 
 @dataclass(frozen=True)
@@ -117,8 +122,7 @@ def stage_gradings(friction: float, imposed: Sequence[Loads], laws: EdgeLaws = S
         branch = _next_branch(branch, before, after)
         key = branch, tuple(before.items()), tuple(after.items())
         if key not in known:
-            even = StageGrading.from_moves(UNKNOWN * np.diff(SHARES))
-            known[key] = _estimated(friction, branch, before, after, laws) or even
+            known[key] = _estimated(friction, branch, before, after, laws) or _EVENLY_GRADED
         yield known[key]
 
 

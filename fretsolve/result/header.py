@@ -20,11 +20,11 @@ from fretsolve.result.layout import (
     HEADER_GROUP,
     FieldQuantity,
     Quantity,
-    create_column,
     is_single,
     optional_columns,
     stored_fields,
 )
+from fretsolve.result.storage import create_column
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import own_dataset
 
@@ -134,7 +134,7 @@ class RunHeader:
 
 def sealed(values: Mapping[str, Any]) -> str:
     """Return `values` as JSON with a checksum, which `unsealed` compares."""
-    return json.dumps({**values, CHECKSUM: _digest(values)}, indent=1)
+    return json.dumps({**values, CHECKSUM: _digest(values)})
 
 
 def unsealed(text: str) -> dict[str, Any]:

@@ -1,12 +1,8 @@
-"""The datasets of a result file: names, units, meaning, and how they and their attributes are stored.
-
-Compression makes nine fields of mode I.3 on 256 x 256 points take 22 ms and 1.8 MB instead of 2 ms and 4.3 MB
-(`fretsolve.result.planes`). gzip levels above 1 gain nothing, and only h5py reads lzf.
-"""
+"""The datasets of a result file: names, units and meaning (`fretsolve.result.storage` says how they are stored)."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -17,15 +13,6 @@ from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ES
 
 FORMAT_VERSION = 1
 """Raise it whenever an older fretsolve could misread a newer file."""
-
-FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
-"""zlib has a checksum (Adler's), which is compared on reading. HDF5's own besides would take 1 % of an increment."""
-
-CHUNK_BYTES = 2**20
-
-COLUMN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 1, "fletcher32": True}
-PLAIN_FILTERS: dict[str, Any] = {"compression": "gzip", "compression_opts": 0}
-"""Not compressed. Fletcher's checksum alone would take words of zeros and of ones, as in NaN, for the same."""
 
 
 def described(units: str, long_name: str) -> dict[str, Any]:
@@ -236,66 +223,3 @@ def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQ
         raise ValueError(f"no such field: {', '.join(sorted(unknown))}")
     kept = (quantity for quantity in FIELDS + DERIVED_FIELDS if quantity.array in names)
     return tuple(replace(each, dtype="float32") if single and each.dtype == "float64" else each for each in kept)
-
-
-def chunk_shape(nx: int, ny: int) -> tuple[int, int]:
-    """Return the cells of one chunk of a field of ``(nx, ny)`` cells: whole rows, of about a megabyte."""
-    most_rows = max(1, CHUNK_BYTES // (8 * ny))
-    chunks = -(-nx // most_rows)
-    return -(-nx // chunks), ny
-
-
-def create_field(group: Any, quantity: FieldQuantity, steps: int, shape: tuple[int, int]) -> Any:
-    """Create a dataset ``(steps, nx, ny)`` of `quantity` in the HDF5 `group`, no chunk across two increments."""
-    layout = {"chunks": (1, *chunk_shape(*shape)), **FIELD_FILTERS} if steps else {}
-    return group.create_dataset(quantity.name, (steps, *shape), quantity.dtype, **layout)
-
-
-def create_column(group: Any, quantity: Quantity, values: Any, scale: Any = None) -> Any:
-    """Store a column of numbers with units, meaning and the `scale` of its axis; without one it is itself a scale."""
-    data = np.array(values, quantity.dtype)
-    layout = {"chunks": data.shape, **COLUMN_FILTERS} if data.size else {}
-    column = group.create_dataset(quantity.name, data=data, **layout)
-    if scale is None:
-        column.make_scale(quantity.name)
-    else:
-        column.dims[0].attach_scale(scale)
-    column.attrs.update(quantity.attributes)
-    return column
-
-
-def create_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
-    """Store columns as `create_column` does, the first of which is the scale of the others, all of one length.
-
-    h5py's interface to the C library takes half the time of its datasets, which make new properties, types and spaces
-    for each one. A result has some 45 columns.
-    """
-    import h5py
-    from h5py import h5a, h5d, h5ds, h5s, h5t
-
-    (axis, ticks), *others = columns
-    scale = create_column(group, axis, ticks).id
-    space, properties = scale.get_space(), scale.get_create_plist()
-    single, texts = h5s.create(h5s.SCALAR), h5py.string_dtype()
-    text_type = h5t.py_create(texts, logical=True)
-    for quantity, values in others:
-        data = np.array(values, quantity.dtype)
-        column = h5d.create(group.id, quantity.name.encode(), h5t.py_create(data.dtype), space, properties)
-        column.write(h5s.ALL, h5s.ALL, data)
-        h5ds.attach_scale(column, scale, 0)
-        for name, text in quantity.attributes.items():
-            h5a.create(column, name.encode(), text_type, single).write(np.array(text, texts))
-
-
-def copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:
-    """Copy one increment of a field as it is compressed: both datasets have the same chunks and filters.
-
-    Files of earlier versions have another checksum besides, and are compressed anew.
-    """
-    if source.fletcher32 != target.fletcher32:
-        target[target_step] = source[source_step]
-        return
-    rows = source.chunks[1]
-    for row in range(0, source.shape[1], rows):
-        mask, data = source.id.read_direct_chunk((source_step, row, 0))
-        target.id.write_direct_chunk((target_step, row, 0), data, mask)

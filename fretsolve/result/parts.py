@@ -22,10 +22,8 @@ from fretsolve.result.checks import content_of, row_type, widened
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
     CHANGE,
-    COLUMN_FILTERS,
     DERIVED_FIELDS,
     DISPLACEMENT,
-    PLAIN_FILTERS,
     RESTART,
     STEP,
     WEAR,
@@ -33,17 +31,21 @@ from fretsolve.result.layout import (
     Quantity,
     X,
     Y,
-    chunk_shape,
-    copy_chunks,
-    create_column,
-    create_columns,
-    create_field,
     has_cycles,
     quantities_of,
 )
 from fretsolve.result.piece import RUN, Part, Piece, damage_reported, part_of
 from fretsolve.result.planes import write_planes
 from fretsolve.result.state import State
+from fretsolve.result.storage import (
+    COLUMN_FILTERS,
+    PLAIN_FILTERS,
+    chunk_shape,
+    copy_chunks,
+    create_column,
+    create_columns,
+    create_field,
+)
 from fretsolve.system import atomic_files
 
 HEADER_NAME = "header.json"

@@ -177,9 +177,11 @@ def _applications(setup: ProblemSetup, increments: int, weights: Sequence[float]
     }
 
 
-def memory_problem(setup: ProblemSetup) -> CaseError | None:
-    """Return the error of a grid that does not fit in this machine's memory; None if it does, or if unknown."""
-    needed = estimate(setup).memory
+def memory_problem(setup: ProblemSetup, needed: float) -> CaseError | None:
+    """Return the error of a grid that does not fit in this machine's memory; None if it does, or if unknown.
+
+    needed: the `estimate` of its memory (bytes).
+    """
     try:
         there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (ValueError, OSError, AttributeError):
@@ -202,9 +204,10 @@ def memory_problem(setup: ProblemSetup) -> CaseError | None:
 
 def require_memory(setup: ProblemSetup) -> Estimate:
     """Return the estimate of a case. Raises CaseError where this machine's memory cannot hold it."""
-    if (problem := memory_problem(setup)) is not None:
+    expected = estimate(setup)
+    if (problem := memory_problem(setup, expected.memory)) is not None:
         raise problem
-    return estimate(setup)
+    return expected
 
 
 def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseError | None:

@@ -197,19 +197,20 @@ def _require_deep(case: Case, size: Size) -> None:
         raise case.source.problem(f"{message} points far below", ("reference_depth",))
 
 
-def set_up(case: Case) -> ProblemSetup:
+def set_up(case: Case, compiled: bool | None = None) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick the settings for its accuracy.
 
+    compiled: whether the compiled kernels are to be used, None where the case decides.
     Raises CaseError or FileError where a surface cannot be read, no size holds the contact, or influence coefficients
     leave the range of single precision.
     """
     try:
-        return _set_up(case)
+        return _set_up(case, compiled)
     except FileError as error:
         raise _of_the_case(error, case) from None
 
 
-def _set_up(case: Case) -> ProblemSetup:
+def _set_up(case: Case, compiled: bool | None) -> ProblemSetup:
     asked, case = case, settled(case)
     friction = _friction_law(case) if case.friction_varies else None
     model = derive_model(case, None if friction is None else friction.largest)
@@ -232,4 +233,5 @@ def _set_up(case: Case) -> ProblemSetup:
     wear = None if case.wear is None else _wear_law(case.wear)
     picked = picks(asked, case, points, load_path)
     setup = ProblemSetup(case, model, grid, load_path, closed_forms, heights, picked, False, friction, wear)
-    return replace(setup, compiled=compiling_pays(setup.seconds_saved))
+    compiled = compiling_pays(setup.seconds_saved) if compiled is None else compiled
+    return replace(setup, compiled=True) if compiled else setup  # a copy would look for mirror images again

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -85,9 +85,7 @@ class BaseCase:
         Raises CaseError if it is not valid, does not fit into memory or has an unusable height map; FileError.
         """
         own = [text for item in settings.items() for text in overrides_of(*item, self.stages)] + list(self.last)
-        setup = set_up(self.text.case(own))
-        if self.compiled is not None:
-            setup = replace(setup, compiled=self.compiled)
+        setup = set_up(self.text.case(own), self.compiled)
         expected = require_memory(setup)
         if setup.case.output.fatigue is not None:
             from fretsolve.fatigue.of_case import require_fatigue

@@ -9,6 +9,7 @@ import resource
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from importlib.util import find_spec
 
 from fretsolve.errors import CaseError
@@ -72,6 +73,8 @@ def available(threads: int) -> int:
     return min(threads, processors())
 
 
+@cache
+@cache
 def compiler_installed() -> bool:
     """Return whether numba is installed."""
     return find_spec("numba") is not None

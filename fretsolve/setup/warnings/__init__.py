@@ -10,7 +10,7 @@ from pathlib import Path
 
 from fretsolve.errors import dotted
 from fretsolve.setup.contact_size import concave_sphere
-from fretsolve.setup.cost_estimate import disk_problem, memory_problem
+from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings.resolution import about_edges, about_heights, about_resolution
 from fretsolve.setup.warnings.settings import about_size, about_solver
@@ -40,6 +40,6 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
     )
     texts = [*setup.model.warnings, *(text for group in groups for text in group(setup))]
     disk = disk_problem(setup, out) if out is not None else None
-    errors = concave_sphere(setup.case), memory_problem(setup), disk
+    errors = concave_sphere(setup.case), memory_problem(setup, estimate(setup).memory), disk
     texts += about_size(setup) if disk is None else ()
     return list(dict.fromkeys([*texts, *(f"{dotted(error.key)}: {error.message}" for error in errors if error)]))

@@ -10,9 +10,10 @@ import h5py
 import numpy as np
 import pytest
 
-from fretsolve.result import layout
-from fretsolve.result.layout import FIELDS, create_field
+from fretsolve.result import storage
+from fretsolve.result.layout import FIELDS
 from fretsolve.result.planes import write_planes
+from fretsolve.result.storage import create_field
 from fretsolve.system.arrays import FloatArray
 
 PRESSURE, ZONE = (next(one for one in FIELDS if one.name == name) for name in ("pressure", "zone"))
@@ -30,7 +31,7 @@ def dome() -> FloatArray:
 def test_planes_come_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows: int, quantity: Any, dtype: str
 ) -> None:
-    monkeypatch.setattr(layout, "CHUNK_BYTES", 8 * SHAPE[1] * rows)
+    monkeypatch.setattr(storage, "CHUNK_BYTES", 8 * SHAPE[1] * rows)
     planes = [dome(), np.full(SHAPE, 2.0), np.broadcast_to(0.0, SHAPE), dome().T.copy().T]
     planes = [plane.astype(dtype) if plane.strides[0] else plane for plane in planes]
     with h5py.File(tmp_path / "planes.h5", "w") as file:

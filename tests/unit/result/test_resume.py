@@ -15,7 +15,7 @@ from command_line import assert_same_result
 from fake_states import assert_same_state, fake_header, fake_states, write_increments
 
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, layout, open_result, parts
+from fretsolve.result import HistoryWriter, open_result, parts, storage
 from fretsolve.result.parts import all_parts, contiguous_parts, parts_folder
 from fretsolve.system.arrays import FloatArray
 
@@ -100,12 +100,17 @@ def beside_parts(out: Path, stop_after: int, end: str, increments: int) -> dict[
     return kept
 
 
-def overwrite_chunk(out: Path, name: str) -> None:
-    """Damage the first chunk of a dataset, as a bad disk does."""
-    with h5py.File(out) as file:
-        chunk = file[name].id.get_chunk_info(0)
+def overwrite(out: Path, name: str) -> None:
+    """Damage the first values of a dataset, as a bad disk does."""
     data = bytearray(out.read_bytes())
-    data[chunk.byte_offset : chunk.byte_offset + chunk.size] = b"\xa5" * chunk.size
+    with h5py.File(out) as file:
+        if file[name].chunks is None:  # a short column
+            values = file[name][:].tobytes()
+            place, size = data.index(values), len(values)
+        else:
+            chunk = file[name].id.get_chunk_info(0)
+            place, size = chunk.byte_offset, chunk.size
+    data[place : place + size] = b"\xa5" * size
     out.write_bytes(data)
 
 
@@ -117,7 +122,7 @@ def test_a_damaged_result_removes_no_saved_increments(tmp_path: Path, end: str, 
     write_increments(tmp_path / "whole.h5", fake_header())
     out = tmp_path / "out.h5"
     beside_parts(out, 4, end, increments)
-    overwrite_chunk(out, damaged)
+    overwrite(out, damaged)
     wrong = out.read_bytes()
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert len(writer.summaries) == 4
@@ -130,7 +135,7 @@ def test_a_damaged_result_removes_no_saved_increments(tmp_path: Path, end: str, 
 
 def test_a_result_without_a_header_removes_no_saved_increments(out: Path) -> None:
     kept = beside_parts(out, 4, "complete", 6)
-    overwrite_chunk(out, "header/json")
+    overwrite(out, "header/json")
     with pytest.raises(FileError, match=r"stay: move this file away, and --resume goes on"):
         HistoryWriter.open(out, fake_header(), resume=True)
     assert {path.name: path.read_bytes() for path in parts_folder(out).iterdir()} | kept == kept
@@ -138,7 +143,7 @@ def test_a_result_without_a_header_removes_no_saved_increments(out: Path) -> Non
 
 def test_a_damaged_result_beside_parts_without_a_header_is_refused(out: Path) -> None:
     beside_parts(out, 4, "failed", 4)
-    overwrite_chunk(out, "fields/pressure")
+    overwrite(out, "fields/pressure")
     (parts_folder(out) / "header.json").unlink()
     with pytest.raises(FileError, match=r"cannot be used instead: header\.json or the first of them is missing"):
         HistoryWriter.open(out, fake_header(), resume=True)
@@ -170,7 +175,7 @@ def test_of_a_failed_result_and_its_parts_the_longer_is_taken(
 
 def test_a_failed_result_wins_over_damaged_parts(out: Path) -> None:
     beside_parts(out, 4, "failed", 3)
-    overwrite_chunk(parts_folder(out) / "000001-000001.h5", "fields/pressure")
+    overwrite(parts_folder(out) / "000001-000001.h5", "fields/pressure")
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert len(writer.summaries) == 3
 
@@ -264,7 +269,7 @@ def test_parts_with_the_checksums_of_earlier_versions_are_gone_on_with(
 ) -> None:
     out = tmp_path / "out.h5"
     with monkeypatch.context() as earlier:
-        earlier.setitem(layout.FIELD_FILTERS, "fletcher32", True)
+        earlier.setitem(storage.FIELD_FILTERS, "fletcher32", True)
         earlier.setattr(parts, "write_planes", written_by_hdf5)
         write_increments(out, fake_header(), stop_after=3)
     write_increments(out, fake_header(), resume=True)
