@@ -24,7 +24,7 @@ from fretsolve.result.layout import (
     optional_columns,
     stored_fields,
 )
-from fretsolve.result.storage import create_column
+from fretsolve.result.storage import create_column, write_texts
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import own_dataset
 
@@ -76,9 +76,15 @@ class RunHeader:
         return len(self.x), len(self.y)
 
     @cached_property
+    def case(self) -> dict[str, Any]:
+        """The effective case."""
+        case: dict[str, Any] = json.loads(self.effective_case)
+        return case
+
+    @cached_property
     def optional_columns(self) -> tuple[Quantity, ...]:
         """The columns of the history that not every result has."""
-        return optional_columns(json.loads(self.effective_case))
+        return optional_columns(self.case)
 
     @cached_property
     def digest(self) -> bytes:
@@ -89,7 +95,7 @@ class RunHeader:
     @property
     def stored_fields(self) -> tuple[FieldQuantity, ...]:
         """The datasets of `fields`."""
-        return stored_fields(self.fields, is_single(json.loads(self.effective_case)))
+        return stored_fields(self.fields, is_single(self.case))
 
     def stores_fields(self, step: int) -> bool:
         """Return whether the fields of increment `step` are stored even if it is not the last."""
@@ -153,7 +159,9 @@ def unsealed(text: str) -> dict[str, Any]:
 
 def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
     """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`."""
-    file.attrs.update(attributes)
+    texts = {name: value for name, value in attributes.items() if isinstance(value, str)}
+    write_texts(file.id, texts)
+    file.attrs.update({name: value for name, value in attributes.items() if name not in texts})
     text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
     create_column(file.create_group(HEADER_GROUP), HEADER, text)
 

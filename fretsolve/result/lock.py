@@ -49,7 +49,7 @@ class RunLock:
         _require_own(folder)
         lock = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False)
         for _ in range(LOCK_ATTEMPTS):
-            atomic_files.add_folder(folder)
+            atomic_files.add_folder(folder, durable=False)  # until something is saved in it
             _require_own(folder)
             try:
                 with warnings.catch_warnings(action="ignore"):  # without flock filelock takes the file itself as lock

@@ -8,9 +8,9 @@ modified. A merged part makes those it was merged from superfluous, which may st
 from __future__ import annotations
 
 import itertools
-import json
 import os
 from collections.abc import Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -161,7 +161,7 @@ def write_result(
         content = content_of(rows, header.x, header.y, steps, names)
         write_sealed(file, header.attributes("complete" if failure is None else "failed", failure), content)
         history, fields = file.create_group("history"), file.create_group("fields")
-        known = quantities_of(json.loads(header.effective_case))
+        known = quantities_of(header.case)
         create_columns(history, [(known[name], rows[name]) for name in rows.dtype.names or ()])  # the step first
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
         written = _write_fields(fields, header, steps, sources, unsaved)
@@ -178,8 +178,7 @@ def write_result(
 
 def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
     """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
-    case = json.loads(header.effective_case)
-    if not has_cycles(case):
+    if not has_cycles(header.case):
         return
     from fretsolve.result.cycles.steps import stages_of  # few results need them
     from fretsolve.result.cycles.table import cycle_table
@@ -190,8 +189,8 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
         return np.array([file[f"fields/slip_{axis}"][steps.index(step)] for axis in "xy"])
 
     history = {name: rows[name] for name in rows.dtype.names or ()}
-    line = case.get("plane") == "strain"
-    table = cycle_table(history, stages_of(case), slip, ended=ended, line=line)
+    line = header.case.get("plane") == "strain"
+    table = cycle_table(history, stages_of(header.case), slip, ended=ended, line=line)
     if table is None:
         return
     columns = [
@@ -204,10 +203,8 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
 def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
     """Return the history of the files `sources` and then of `states`, a record per increment. Raises FileError."""
     kind = row_type(header.errors, header.optional_columns)
-    rows = []
-    for state in states:
-        values = vars(state.summary) | ({} if state.errors is None else vars(state.errors))
-        rows.append(tuple(values[name] for name in kind.names or ()))
+    record = itemgetter(*kind.names or ())
+    rows = [record(vars(state.summary) | ({} if state.errors is None else vars(state.errors))) for state in states]
     tables = []
     for source in sources:
         with Piece(source) as piece:

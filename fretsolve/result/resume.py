@@ -54,8 +54,9 @@ class SavedRun:
         self.notes: list[str] = []
 
     def write_header(self) -> None:
-        """Write the header of the parts. Raises OSError."""
+        """Write the header of the parts, with which their folder begins to hold a run. Raises OSError."""
         atomic_files.write_text(self.folder / HEADER_NAME, self.header.to_json())
+        atomic_files.sync_folder(self.folder.parent)
 
     def remove_parts(self) -> None:
         """Remove all parts, the header first: without it the rest counts as nothing. Raises OSError."""

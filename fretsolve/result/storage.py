@@ -6,8 +6,9 @@ Compression makes nine fields of mode I.3 on 256 x 256 points take 22 ms and 1.8
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -63,18 +64,15 @@ def create_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
 
 @dataclass(frozen=True)
 class _Storage:
-    """How HDF5 stores a column and its attributes: objects of h5py's interface to the C library."""
+    """How HDF5 stores a column: objects of h5py's interface to the C library."""
 
     number_type: Any
     space: Any
     properties: Any
-    text_type: Any
-    one_text: Any
 
 
 def _storage_of(data: NDArray[Any]) -> _Storage:
     """Return how a column is stored: a short one in its own header, a long one compressed."""
-    import h5py
     from h5py import h5d, h5p, h5s, h5t
 
     properties = h5p.create(h5p.DATASET_CREATE)
@@ -85,17 +83,14 @@ def _storage_of(data: NDArray[Any]) -> _Storage:
         properties.set_chunk(data.shape)
         properties.set_deflate(COLUMN_FILTERS["compression_opts"])
         properties.set_fletcher32()
-    text_type = h5t.py_create(h5py.string_dtype(), logical=True)
-    space, one = h5s.create_simple(data.shape), h5s.create(h5s.SCALAR)
-    return _Storage(h5t.py_create(data.dtype), space, properties, text_type, one)
+    return _Storage(h5t.py_create(data.dtype), h5s.create_simple(data.shape), properties)
 
 
 def _create(group: Any, quantity: Quantity, data: NDArray[Any], how: _Storage, scale: Any) -> Any:
     """Return a new column of the C library's interface, which takes half the time of h5py's datasets: a result has some
     45 columns. scale: of that interface, too, None for a column that is one itself.
     """
-    import h5py
-    from h5py import h5a, h5d, h5ds, h5s
+    from h5py import h5d, h5ds, h5s
 
     column = h5d.create(group.id, quantity.name.encode(), how.number_type, how.space, how.properties)
     column.write(h5s.ALL, h5s.ALL, data)
@@ -103,10 +98,27 @@ def _create(group: Any, quantity: Quantity, data: NDArray[Any], how: _Storage, s
         h5ds.set_scale(column, quantity.name.encode())
     else:
         h5ds.attach_scale(column, scale, 0)
-    text_dtype = h5py.string_dtype()
-    for name, text in quantity.attributes.items():
-        h5a.create(column, name.encode(), how.text_type, how.one_text).write(np.array(text, text_dtype))
+    write_texts(column, quantity.attributes)
     return column
+
+
+def write_texts(node: Any, texts: Mapping[str, str]) -> None:
+    """Write attributes to a node of the C library's interface, in half the time of h5py's."""
+    from h5py import h5a
+
+    dtype, stored, one = _text_storage()
+    for name, text in texts.items():
+        h5a.create(node, name.encode(), stored, one).write(np.array(text, dtype))
+
+
+@cache
+def _text_storage() -> tuple[np.dtype[Any], Any, Any]:
+    """Return the type of texts in NumPy and in HDF5, and HDF5's space of one."""
+    import h5py
+    from h5py import h5s, h5t
+
+    dtype = h5py.string_dtype()
+    return dtype, h5t.py_create(dtype, logical=True), h5s.create(h5s.SCALAR)
 
 
 def copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:

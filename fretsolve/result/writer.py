@@ -46,13 +46,12 @@ def _require_name(out: Path) -> None:
             raise FileError(f"{message} {atomic_files.LONGEST_ENDING - spare} bytes", out)
 
 
-def _with_fields_alone(state: State, names: Collection[str]) -> State:
-    """Return `state` with the fields `names`, and `nothing` in place of all other arrays."""
+def _fields_alone(fields: Fields, names: Collection[str]) -> Fields:
+    """Return `fields` with `nothing` in place of all but `names`."""
     arrays: dict[str, Any] = {
-        name: array if array is None or name in names else nothing(array.shape)
-        for name, array in vars(state.fields).items()
+        name: array if array is None or name in names else nothing(array.shape) for name, array in vars(fields).items()
     }
-    return State(state.summary, Fields(**arrays), nothing(state.displacement.shape), state.errors)
+    return Fields(**arrays)
 
 
 def _release(lock: RunLock) -> None:
@@ -86,6 +85,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self._pause, self._advice, self._shared = pause, advice, shared
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
+        self._no_fields: Fields | None = None
 
     @classmethod
     def open(
@@ -153,8 +153,11 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             # Nothing goes on from the one before. Its arrays, if kept, would take up to 7 % of the time of small grids:
             # new ones would not lie in the cache.
             before = self._unsaved[-2]
-            stored = self.header.fields if self.header.stores_fields(before.summary.step) else ()
-            self._unsaved[-2] = _with_fields_alone(before, stored)
+            if self.header.fields and self.header.stores_fields(before.summary.step):
+                fields = _fields_alone(before.fields, self.header.fields)
+            else:
+                fields = self._no_fields = self._no_fields or _fields_alone(before.fields, ())
+            self._unsaved[-2] = State(before.summary, fields, nothing(before.displacement.shape), before.errors)
         self._write_shared(state)
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()

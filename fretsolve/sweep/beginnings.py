@@ -51,7 +51,7 @@ def beginnings_of(setup: ProblemSetup, header: RunHeader, seconds: float) -> tup
     periodic = any(stage.cycle is not None and stage.cycle.until for stage in setup.load_path.stages)
     if setup.case.solver.error_bars or periodic:
         return ()
-    case = {name: value for name, value in json.loads(header.effective_case).items() if name not in OF_THE_PATH}
+    case = {name: value for name, value in header.case.items() if name not in OF_THE_PATH}
     model, axes = setup.model, (header.x.tolist(), header.y.tolist())
     terms = (astuple(model.terms), model.has_shear, model.may_slip)
     rest = json.dumps([case, header.inputs, header.version, axes, terms], sort_keys=True)

@@ -157,11 +157,12 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def add_folder(folder: Path) -> None:
-    """Create `folder` unless it exists. Raises OSError."""
+def add_folder(folder: Path, *, durable: bool = True) -> None:
+    """Create `folder` unless it exists; durable: wait until its name is on the disk. Raises OSError."""
     with suppress(FileExistsError):
         os.mkdir(folder)
-        sync_folder(folder.parent)
+        if durable:
+            sync_folder(folder.parent)
 
 
 def remove(*files: Path) -> None:
@@ -192,11 +193,10 @@ def move(folder: Path, *files: Path) -> None:
 
 
 def remove_folder(folder: Path, *files: Path) -> None:
-    """Remove a folder, and first all the files in it. Raises OSError."""
+    """Remove a folder, and first all the files in it. A power cut may bring them back. Raises OSError."""
     for file in files:
         os.unlink(file)
     os.rmdir(folder)
-    sync_folder(folder.parent)
 
 
 def remove_stale(target: Path) -> None:
