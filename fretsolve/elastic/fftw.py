@@ -56,14 +56,19 @@ def fast_length(least: int, even: bool = False) -> int:
     return best
 
 
-_measured_plans = 0  # like FFTW's wisdom, this and the next line belong to the process
+_measured_plans = 0  # like FFTW's wisdom, this and the next lines belong to the process
 _known: bytes | None = None
+_version: tuple[object, ...] = ()
+"""What tells the file that was read from others."""
 
 
 def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
-    """Make a plan of FFTW, and count it in `measured_plans` if it is measured."""
+    """Make a plan of FFTW, and count it in `measured_plans` if it has to be measured."""
     global _measured_plans
-    _measured_plans += "FFTW_MEASURE" in flags
+    if "FFTW_MEASURE" in flags:
+        with contextlib.suppress(RuntimeError):  # FFTW has no wisdom of it
+            return pyfftw.FFTW(*arguments, flags=(*flags, "FFTW_WISDOM_ONLY"), **options)
+        _measured_plans += 1
     return pyfftw.FFTW(*arguments, flags=flags, **options)
 
 
@@ -94,10 +99,16 @@ def wisdom_file() -> Path:
 
 def load_wisdom() -> bool:
     """Give FFTW the measurements of earlier runs, unless it has them. Return False if none can be read."""
-    global _known
+    global _known, _version
     before, _known = _known, None
     with contextlib.suppress(OSError, RuntimeError, FileError):
-        content = read_bytes(wisdom_file(), LARGEST_WISDOM)
+        path = wisdom_file()
+        found = path.stat()
+        version = path, found.st_ino, found.st_mtime_ns, found.st_size
+        if before is not None and version == _version:
+            _known = before
+            return True
+        _version, content = version, read_bytes(path, LARGEST_WISDOM)
         parts = content.split(b"\0")
         if content == before or (len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])):
             _known = content

@@ -249,8 +249,9 @@ class StaggeredIteration:
         limit load.
         """
         imposed, control = increment.tangential, self._control
-        factor = load_factor(self._friction_limit, control, self.level.tangential.modes)
-        if factor > 1.0 + at_the_limit(self.level.operator.dtype):
+        enough = 1.0 + at_the_limit(self.level.operator.dtype)
+        factor = load_factor(self._friction_limit, control, self.level.tangential.modes, enough)
+        if factor > enough:
             return control
         settled = not self._coupled or work.change < 1e-4
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start

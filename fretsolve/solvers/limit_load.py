@@ -6,11 +6,13 @@ friction limit (T12 of docs/theory.md). So the load factor is the least value of
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fretsolve.elastic.rounding import circle_width
 from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.rigid_modes import TangentialModes, solve_modes
+from fretsolve.solvers.rigid_modes import TangentialModes, inverse_of, solve_modes
 from fretsolve.system.arrays import FloatArray, Vector
 
 AT_THE_LIMIT = 1e-9
@@ -22,11 +24,13 @@ def at_the_limit(precision: type[np.floating]) -> float:
     return max(AT_THE_LIMIT, circle_width(precision))
 
 
-def load_factor(friction_limit: FloatArray, control: LoadControl, modes: TangentialModes) -> float:
+def load_factor(
+    friction_limit: FloatArray, control: LoadControl, modes: TangentialModes, enough: float = math.inf
+) -> float:
     """Return the factor on the imposed tangential loads at which all cells slip; inf if no load is imposed.
 
     friction_limit: (nx, ny), MPa. If Mz is not imposed the factor is exact; else it is found by iteratively reweighted
-    least squares, and is never too small.
+    least squares, and is never too small. It is no longer improved once it is surely above `enough`.
     """
     load = control.imposed_resultant
     if not load.any():
@@ -38,7 +42,7 @@ def load_factor(friction_limit: FloatArray, control: LoadControl, modes: Tangent
     if np.count_nonzero(friction_limit) < 2 and not _carried_by_a_cell(friction_limit, load, forced, modes):
         return 0.0
     size = float(np.abs(load).max())
-    return _least_dissipation(friction_limit * modes.cell_area, load / size, forced, modes) / size
+    return _least_dissipation(friction_limit * modes.cell_area, load / size, forced, modes, enough * size) / size
 
 
 def _carried_by_a_cell(friction_limit: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> bool:
@@ -53,16 +57,22 @@ def _carried_by_a_cell(friction_limit: FloatArray, load: Vector, forced: list[in
     return bool(np.abs(resultants @ force - imposed).max() <= 1e-9 * np.abs(imposed).max())
 
 
-def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], modes: TangentialModes) -> float:
-    """Return the least of sum weight |v| over the rigid motions v with load.v = 1 (T12)."""
-    speed, reweighted = np.ones_like(weight), np.empty_like(weight)
+def _least_dissipation(
+    weight: FloatArray, load: Vector, forced: list[int], modes: TangentialModes, enough: float
+) -> float:
+    """Return the least of sum weight |v| over the rigid motions v with load.v = 1 (T12), or one of these sums once the
+    least is surely above `enough`.
+    """
+    last, speed, reweighted = np.ones_like(weight), np.empty_like(weight), np.empty_like(weight)
     motion = np.empty((2, *weight.shape))
     best = np.inf
     for _ in range(100):
         # least squares with the weights b / |v| of the last motion
-        np.divide(weight, speed, out=reweighted)
-        direction = solve_modes(modes.gram(reweighted), load, forced)
-        direction /= direction @ load
+        np.divide(weight, last, out=reweighted)
+        gram = modes.gram(reweighted)
+        direction = solve_modes(gram, load, forced)
+        carried = 1.0 / (direction @ load)
+        direction *= carried
         # the energy that this motion dissipates: an upper bound of the least, which must fall
         modes.displacement(direction, motion)
         np.hypot(motion[0], motion[1], out=speed)
@@ -70,5 +80,11 @@ def _least_dissipation(weight: FloatArray, load: Vector, forced: list[int], mode
         if dissipation > best * (1.0 - 1e-12):
             break
         best = dissipation
-        np.maximum(speed, 1e-9 * float(speed.max()), out=speed)
+        # the shear traction of the least squares carries the loads `carried` times; over its largest part of the
+        # friction limit, |v| over that before, this is a lower bound
+        part = np.divide(speed, last, out=motion[0])
+        part *= weight > 0.0
+        if carried > enough * part.max() and inverse_of(gram, forced) is not None:
+            break
+        np.maximum(speed, 1e-9 * float(speed.max()), out=last)
     return best

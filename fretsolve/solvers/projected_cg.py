@@ -18,7 +18,7 @@ import numpy as np
 
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
-from fretsolve.solvers.rigid_modes import WELL_APART
+from fretsolve.solvers.rigid_modes import inverse_of
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums
 
 Apply = Callable[[FloatArray, FloatArray], None]
@@ -131,19 +131,13 @@ def _scaled(motion: Sums, x: FloatArray, y: FloatArray, components: int) -> Sums
 
 
 def _pseudo_inverse(gram: Products, count: int) -> DoubleArray:
-    """Return the inverse of the first `count` rows and columns of a symmetric matrix on the combinations that count.
-
-    One constraint, or two that are far from dependent, are inverted by hand: a call of LAPACK takes as long as an
-    iteration on a small grid.
-    """
-    (a, b, _), (_, c, _), _ = gram
+    """Return the inverse of the first `count` rows and columns of a symmetric matrix on the combinations that count."""
+    inverse = inverse_of(gram, range(count))
+    if inverse is not None:
+        return np.array(inverse)
     if count == 1:
-        return np.array([[1.0 / a if a > 0.0 else 0.0]])
-    if count == 2:
-        determinant = a * c - b * b
-        if determinant > WELL_APART * a * c:
-            return np.array([[c / determinant, -b / determinant], [-b / determinant, a / determinant]])
+        return np.zeros((1, 1))
     values, vectors = np.linalg.eigh(np.array(gram)[:count, :count])
     counts = values > DEPENDENT_CONSTRAINTS * values[-1]
-    inverse: DoubleArray = (vectors[:, counts] / values[counts]) @ vectors[:, counts].T
-    return inverse
+    pseudo: DoubleArray = (vectors[:, counts] / values[counts]) @ vectors[:, counts].T
+    return pseudo
