@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -184,6 +185,7 @@ def torsion_error_without_in_plane_coupling(compliance_b: float, torsional_compl
     return 0.25 * compliance_b / torsional_compliance
 
 
+@lru_cache  # error bars ask at each increment, and the root takes a quarter of a millisecond
 def spence_stick_ratio(friction: float, dundurs_constant: float) -> float:
     """Return c/a of a sphere pressed on with friction >= 0, the shear not acting back on the pressure; Spence (1975).
 

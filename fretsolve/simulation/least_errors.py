@@ -33,7 +33,7 @@ from fretsolve.simulation.quantity_estimates import (
 )
 from fretsolve.simulation.shear_path import ShearPath
 from fretsolve.simulation.unseen_slip import UnseenSlip
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import DoubleArray, FloatArray
 
 FLOOR_ORDER = 2.0
 """Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
@@ -73,6 +73,11 @@ PEAK = 3.0
 """Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
 independent Gaussian peaks in contact, here a hundred. A sine has 1.4, which partial contact does not exceed, and two
 sines across each other have 2."""
+
+BETWEEN_CELLS, IN_CELLS = 1.0 / 24.0, 1.0 / 24.0
+"""Least error of the largest pressure on a height map over its second differences there, along x and y. A parabola is
+higher by so much than the cell nearest to its top, on average, and the mean of a wave over a cell misses its middle by
+as much."""
 
 FLATTENED = 0.5
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
@@ -251,7 +256,8 @@ class LeastErrors:
         """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
         pressure, modulus = state.fields.pressure, self.model.compliances.contact_modulus
         at_edges = max((edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges), default=0.0)
-        return PEAK * self.flattening + self.ridges + at_edges + self._where_slip_meets(state.summary)
+        beside = (BETWEEN_CELLS + IN_CELLS) * _drop_beside_peak(pressure) if self.maps else 0.0
+        return PEAK * self.flattening + self.ridges + at_edges + beside + self._where_slip_meets(state.summary)
 
     def _where_slip_meets(self, summary: Summary) -> float:
         """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.
@@ -288,6 +294,15 @@ class LeastErrors:
         if not (self.edges and self.model.coupled and self.model.friction) or radius <= self.side:
             return 0.0
         return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
+
+
+def _drop_beside_peak(pressure: FloatArray) -> float:
+    """Return the second differences of a pressure (nx, ny) at its largest value, along x and y, without their signs."""
+    row, column = np.unravel_index(int(pressure.argmax()), pressure.shape)
+    around = np.pad(pressure[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2], 1)
+    at = 1 + min(row, 1), 1 + min(column, 1)
+    beside = around[at[0] - 1, at[1]] + around[at[0] + 1, at[1]] + around[at[0], at[1] - 1] + around[at[0], at[1] + 1]
+    return float(4.0 * around[at] - beside)
 
 
 def _slenderness(summary: Summary) -> float:
