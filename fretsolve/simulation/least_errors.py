@@ -298,11 +298,10 @@ class LeastErrors:
 
 def _drop_beside_peak(pressure: FloatArray) -> float:
     """Return the second differences of a pressure (nx, ny) at its largest value, along x and y, without their signs."""
-    row, column = np.unravel_index(int(pressure.argmax()), pressure.shape)
-    around = np.pad(pressure[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2], 1)
-    at = 1 + min(row, 1), 1 + min(column, 1)
-    beside = around[at[0] - 1, at[1]] + around[at[0] + 1, at[1]] + around[at[0], at[1] - 1] + around[at[0], at[1] + 1]
-    return float(4.0 * around[at] - beside)
+    row, column = map(int, np.unravel_index(pressure.argmax(), pressure.shape))
+    wider = np.pad(pressure, 1)  # nothing presses beyond the grid
+    beside = wider[row, column + 1] + wider[row + 2, column + 1] + wider[row + 1, column] + wider[row + 1, column + 2]
+    return float(4.0 * pressure[row, column] - beside)
 
 
 def _slenderness(summary: Summary) -> float:
