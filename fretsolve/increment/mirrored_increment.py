@@ -39,6 +39,13 @@ class MirroredIncrementSolver(IncrementSolver):
     in the same way. Mode I.3 takes 0.7 of the time on 64 x 64 points, and 0.6 on 512 x 512 (docs/scenes.md).
     """
 
+    _last: Solution | None = None
+    """The solution of the last increment, if it was solved on the half: no cell of it needs to be compared again."""
+
+    @cached_property
+    def _has_even_surfaces(self) -> bool:
+        return is_even_field(self.separation)
+
     @cached_property
     def _half(self) -> IncrementSolver:
         """The solver on one half of the grid."""
@@ -49,13 +56,16 @@ class MirroredIncrementSolver(IncrementSolver):
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
-        if not (is_even_field(self.separation) and _is_even(increment, start)):
+        last, self._last = self._last, None
+        follows = last is not None and _are_same(last, start)
+        if not (self._has_even_surfaces and _is_even(increment, start, follows)):
             self._release_half()
             return super().solve(increment, start)
         before = self._half.applications
         normal, tangential = _even_part(increment.normal, ODD_NORMAL), _even_part(increment.tangential, ODD_TANGENTIAL)
         try:
-            solved = self._half.solve(replace(increment, normal=normal, tangential=tangential), _half_of_start(start))
+            part = _half_of_start(start, follows)
+            solved = self._half.solve(replace(increment, normal=normal, tangential=tangential), part)
         except NoSolutionError:
             # the whole grid tells the reason in its own terms
             spent = math.ceil(0.5 * (self._half.applications - before))
@@ -63,7 +73,9 @@ class MirroredIncrementSolver(IncrementSolver):
             solved = super().solve(increment, start)
             return replace(solved, operator_applications=solved.operator_applications + spent)
         applications = math.ceil(round(0.5 * (self._half.applications - before), 6))
-        return replace(self._whole(solved, start), operator_applications=applications)
+        solved = replace(self._whole(solved, start), operator_applications=applications)
+        self._last = solved.solution
+        return solved
 
     def _release_half(self) -> None:
         """Free the memory of the half of a large grid, where the whole grid needs its own."""
@@ -111,16 +123,22 @@ class MirroredIncrementSolver(IncrementSolver):
         return wholes
 
 
-def _is_even(increment: Increment, start: InitialState) -> bool:
-    """Return whether an increment and its start are mirror images of themselves."""
+def _are_same(last: Solution, start: InitialState) -> bool:
+    """Return whether an increment starts with the very fields that the last one has ended with."""
+    return start.pressure is last.pressure and start.shear is last.shear and start.displacement is last.displacement
+
+
+def _is_even(increment: Increment, start: InitialState, follows: bool) -> bool:
+    """Return whether an increment and its start are mirror images of themselves; follows: its tractions and their
+    displacement are known to be."""
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
         if any(control.values[mode] for mode in odd):
             return False
     coefficient = 0.0 if start.friction is None else start.friction.coefficient
-    fields = start.pressure, start.shear, start.displacement, start.elastic_slip, start.mismatch
-    return (
-        not start.rigid[ODD].any() and _are_even(*fields) and (isinstance(coefficient, float) or _are_even(coefficient))
-    )
+    fields = [start.elastic_slip, start.mismatch]
+    fields += [] if follows else [start.pressure, start.shear, start.displacement]
+    fields += [] if isinstance(coefficient, float) else [coefficient]
+    return not start.rigid[ODD].any() and _are_even(*fields)
 
 
 def _are_even(*fields: FloatArray | None) -> bool:
@@ -149,10 +167,10 @@ def _half_of(field: NDArray[Any]) -> NDArray[Any]:
     return field[..., field.shape[-1] // 2 :]
 
 
-def _half_of_start(start: InitialState) -> InitialState:
-    """Return the half y > 0 of a start."""
+def _half_of_start(start: InitialState, follows: bool) -> InitialState:
+    """Return the half y > 0 of a start; follows: its trend is between two mirror images."""
     trend = None
-    if start.trend is not None and _are_even(start.trend.change.pressure, start.trend.change.shear):
+    if start.trend is not None and (follows or _are_even(start.trend.change.pressure, start.trend.change.shear)):
         change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
         trend = Trend(start.trend.factor, change, start.trend.rigid)
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)

@@ -281,7 +281,7 @@ class NormalSolver:
     def _restore_balance(self, control: LoadControl, pressure: FloatArray) -> None:
         """Add p (a + b y + c x) to the pressure p, so that it has the imposed resultants."""
         forced = control.forced_index
-        if not forced or not self._contact.any():
+        if not forced:
             return
         gram = self.modes.gram(pressure)
         self.modes.stretch(pressure, solve_modes(gram, self.modes.missing(control, gram[0]), forced))

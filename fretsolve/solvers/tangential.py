@@ -173,9 +173,9 @@ class TangentialSolver:
         fresh &= shear[1] == 0.0
         fresh &= self._contact
         columns = range(-1, 2) if fresh.shape[1] > 1 else range(1)
-        fresh[[0, -1]] = False
+        fresh[0] = fresh[-1] = False
         if len(columns) > 1:
-            fresh[:, [0, -1]] = False
+            fresh[:, 0] = fresh[:, -1] = False
         if not 0 < np.count_nonzero(fresh) < np.count_nonzero(self._contact):
             return
         row, column = np.nonzero(fresh)
