@@ -35,6 +35,7 @@ ON_ANY_GRID = GridKernels(Steps(cg_numpy), friction_numpy, normal_numpy)
 class Kernels:
     """One form of the kernels: a module for each of its parts.
 
+    zones: None without numba, where `fretsolve.simulation.zones` measures zones itself;
     compiled: by numba; why_not: numba's message, where it was asked for and cannot be used.
     """
 
@@ -43,6 +44,7 @@ class Kernels:
     normal: ModuleType = normal_numpy
     spectral: ModuleType = spectral_numpy
     slots: ModuleType = slots_numpy
+    zones: ModuleType | None = None
     compiled: bool = False
     why_not: str = ""
 
@@ -68,10 +70,11 @@ def load(compiled: bool) -> Kernels:
     if not compiled:
         return NUMPY
     try:
-        from fretsolve.kernels import cg_numba, friction_numba, normal_numba, slots_numba, spectral_numba
+        from fretsolve.kernels import cg_numba, friction_numba, normal_numba, slots_numba, spectral_numba, zones_numba
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
         return Kernels(why_not=f"{type(error).__name__}: {error}")
-    return Kernels(cg_numba, friction_numba, normal_numba, spectral_numba, slots_numba, compiled=True)
+    modules = cg_numba, friction_numba, normal_numba, spectral_numba, slots_numba, zones_numba
+    return Kernels(*modules, compiled=True)
 
 
 def compile_seconds() -> float:

@@ -12,6 +12,7 @@ from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.result.layout import may_have_spots
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.zones.compiled_sizes import ZoneSize, compiled_sizes
 from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.zone_areas import zone_area
 from fretsolve.simulation.zones.zone_edges import ZoneEdge, contact_edge, stick_edge
@@ -25,13 +26,12 @@ UNMEASURED = {
 
 
 class _Outline(NamedTuple):
-    """The edge of a contact with the fields that it follows from, the area inside (mm^2) and its extent."""
+    """The edge of a contact with the fields that it follows from, and its size."""
 
     pressure: FloatArray
     gap: FloatArray
     edge: ZoneEdge | None
-    area: float
-    extent: Extent
+    size: ZoneSize
 
 
 def spot_counts(pressure: FloatArray) -> dict[str, int]:
@@ -70,20 +70,28 @@ class AreaContact:
 
         Where there may be several spots, their numbers, too.
         """
-        solution, evidence, setup = solved.solution, solved.evidence, self._setup
-        contact = self._outline = self._contact(solution.pressure, evidence.gap)
-        limit = solution.friction_limit(setup.model.friction)
-        shear, slip, orthotropy = solution.shear, evidence.slip, setup.model.orthotropy
+        solution, evidence, model = solved.solution, solved.evidence, self._setup.model
+        limit = solution.friction_limit(model.friction)
+        shear, slip, orthotropy = solution.shear, evidence.slip, model.orthotropy
         if orthotropy is not None:
             shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
         fields = ZoneFields(solution.pressure, evidence.gap, shear, limit, slip, evidence.zone)
-        stick = stick_edge(fields, setup.grid, setup.model.compliances, contact.edge)
-        area, extent = contact.area, contact.extent
-        if stick is not contact.edge:
-            area, extent = min(zone_area(stick), area), zone_extent(stick)
-        values = (*_radius_too(contact.area), *contact.extent, *_radius_too(area), *extent)
+        kernels = self.solver.team.kernels.zones
+        if kernels is None:
+            contact, stick = self._sizes_by_edges(fields)
+        else:
+            contact, stick = compiled_sizes(kernels, fields, self._setup.grid, model.compliances)
+        area = min(stick.area, contact.area)
+        values = (*_radius_too(contact.area), *contact.extent, *_radius_too(area), *stick.extent)
         sizes: dict[str, Any] = dict(zip(UNMEASURED, values, strict=True))
         return sizes | (spot_counts(solution.pressure) if self._may_have_spots else {})
+
+    def _sizes_by_edges(self, fields: ZoneFields) -> tuple[ZoneSize, ZoneSize]:
+        """Return the sizes of contact and stick zone."""
+        contact = self._outline = self._contact(fields.pressure, fields.gap)
+        stick = stick_edge(fields, self._setup.grid, self._setup.model.compliances, contact.edge)
+        size = contact.size if stick is contact.edge else ZoneSize(zone_area(stick), zone_extent(stick))
+        return contact.size, size
 
     def _contact(self, pressure: FloatArray, gap: FloatArray) -> _Outline:
         """Return the outline of the contact: the last one, if shear moves uncoupled surfaces at a constant load."""
@@ -91,4 +99,4 @@ class AreaContact:
         if last is not None and np.array_equal(pressure, last.pressure) and np.array_equal(gap, last.gap):
             return last
         edge = contact_edge(pressure, gap, self._setup.grid, self._setup.model.compliances)
-        return _Outline(pressure, gap, edge, zone_area(edge), zone_extent(edge))
+        return _Outline(pressure, gap, edge, ZoneSize(zone_area(edge), zone_extent(edge)))

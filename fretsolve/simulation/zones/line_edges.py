@@ -11,11 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fretsolve.kernels.zone_laws import LEVER_ALONG
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.cell_front import MARGIN_CELLS, CellPart, Links, Share
-from fretsolve.simulation.zones.edge_shares import LEVER_ALONG, ZoneFields, contact_share, inset_by, stick_share
+from fretsolve.simulation.zones.edge_shares import ZoneFields, contact_share, inset_by, stick_share
 from fretsolve.system.arrays import BoolArray
 
 Interval = tuple[float, float]

@@ -48,7 +48,7 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     np.fmax.at(ends, (towards, line), beyond)
     if (unknown := np.isnan(beyond)).any():  # where no smooth edge fits
         unknown &= ends[towards, line] == -math.inf
-        ends[towards[unknown], line[unknown]] = 0.5 - depth[unknown]
+        np.maximum.at(ends, (towards[unknown], line[unknown]), 0.5 - depth[unknown])
     low_x, high_x, low_y, high_y = map(_farthest, ends)
     half_x, half_y = middle - MARGIN_CELLS
     return Extent(
