@@ -40,6 +40,9 @@ expect; a share whatever the lever; and that less the inset."""
 MARGIN = 5
 """Cells around a zone that its edge may refer to."""
 
+NONE = -10
+"""In place of the first index of a cell that there is not."""
+
 
 @exact
 def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, along, sheared):
@@ -49,10 +52,9 @@ def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, alo
     `slipping`, shear (MPa), limit (the friction limit, MPa) and slip (increment, mm) are not read. dx, dy: sides of a
     cell (mm); across, along: the contact modulus and that of antiplane shear (MPa).
     """
-    nx, ny = zone.shape
-    top, bottom, left, right = _box(zone)
-    inside, corner = _with_margin(zone, top, bottom, left, right), (top - MARGIN, left - MARGIN)
-    is_row, laws, values, shares = nx == 1 or ny == 1, np.zeros(4, np.uint8), np.empty((4, 4)), np.empty(4)
+    top, bottom, left, right = box = _box(zone)
+    inside, corner = _with_margin(zone, box), (top - MARGIN, left - MARGIN)
+    laws, values, shares, outer = np.zeros(4, np.uint8), np.empty((4, 4)), np.empty(4), np.empty((4, 2), np.int64)
     whole, cells, turns = 0, 0, 0
     part, lengths, cubes, taken = 0.0, 0.0, 0.0, 0.0
     # the farthest crossing of each row, towards -x, +x, -y, +y, in cells beyond the zone's outermost middles
@@ -65,30 +67,20 @@ def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, alo
             if count == 0 or count == 4:
                 whole += count == 4
                 continue
-            # the links that the edge crosses: from the near corner along x, from that to its right; along y
+            # the links that the edge crosses, and where it crosses them
             for k in range(4):
                 a, b, c, d = _link(inside, corner, i, j, k)
+                outer[k] = c, d
                 if inside[a - corner[0], b - corner[1]] == inside[c - corner[0], d - corner[1]]:
-                    shares[k] = inside[a - corner[0], b - corner[1]]
-                    laws[k] = FIXED
-                    values[k, 3] = shares[k]
-                    continue
-                side = dx if k < 2 else dy
-                if sheared and 0 <= c < nx and 0 <= d < ny and slipping[c, d]:
-                    moduli = (across, along) if k < 2 else (along, across)
+                    laws[k], values[k, 3], outer[k, 0] = FIXED, inside[a - corner[0], b - corner[1]], NONE
+                elif sheared and 0 <= c < zone.shape[0] and 0 <= d < zone.shape[1] and slipping[c, d]:
+                    side, moduli = (dx, (across, along)) if k < 2 else (dy, (along, across))
                     laws[k] = _put_stick(values[k], inside, corner, shear, limit, slip, a, b, c, d, side, moduli)
                 else:
+                    side = dx if k < 2 else dy
                     laws[k] = _put_contact(values[k], inside, corner, pressure, gap, a, b, c, d, side, across)
-            # the first pass finds the edge's direction
-            lever, run_x, run_y, length = LEVER, 0.0, 0.0, 0.0
-            for _ in range(2):
-                for k in range(4):
-                    shares[k] = _share(laws[k], values[k], lever)
-                run_x, run_y = abs(shares[1] - shares[0]) * dx, abs(shares[3] - shares[2]) * dy
-                length = _at_least(math.sqrt(run_x * run_x + run_y * run_y))
-                lever = LEVER_ALONG + LEVER_SLANTING * (2.0 * (run_x / length) * (run_y / length))
-                lever = LEVER_ALONG if is_row else LEVER_MOST if lever > LEVER_MOST else lever
-            inset = _inset_by(lever)
+            inset, run_x, run_y, length = _place(shares, laws, values, dx, dy, min(zone.shape) == 1)
+            _put_ends(ends, unknown, shares, outer, inset, box)
             # the area inside the square, and what a smooth front within the segments takes from it
             x, y = shares[0] + shares[1], shares[2] + shares[3]
             inner = 0.5 * x * y if count <= 2 else 1.0 - 0.5 * (2.0 - x) * (2.0 - y)
@@ -100,20 +92,6 @@ def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, alo
                 lengths += length
                 cubes += length**3
                 taken += inset * (run_y * dx**2 + run_x * dy**2) / _at_least(run_y * dx + run_x * dy) * length
-            # how far the crossings near the zone's ends reach beyond its outermost middles
-            for k in range(4):
-                a, b, c, d = _link(inside, corner, i, j, k)
-                if inside[a - corner[0], b - corner[1]] == inside[c - corner[0], d - corner[1]]:
-                    continue
-                place = c - 0.5 * (top + bottom) if k < 2 else d - 0.5 * (left + right)
-                depth = 0.5 * (bottom - top if k < 2 else right - left) + 1.0 - abs(place)
-                if depth < 1.5:
-                    towards, line = 2 * (k // 2) + (place > 0.0), (d - left if k < 2 else c - top) + 2
-                    beyond = shares[k] - inset - depth
-                    if beyond != beyond:  # no smooth edge fits
-                        unknown[towards, line] = max(unknown[towards, line], 0.5 - depth)
-                    else:
-                        ends[towards, line] = max(ends[towards, line], beyond)
     area = (whole + cells / 4.0 + part) * dx * dy
     if lengths:
         bulge = cubes / (12.0 * lengths)
@@ -121,11 +99,45 @@ def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, alo
     low_x, high_x, low_y, high_y = _farthest(ends, unknown)
     return (
         max(area, 0.0),
-        dx * (0.5 * (bottom - top) + 0.5 * (low_x + high_x)),
-        dy * (0.5 * (right - left) + 0.5 * (low_y + high_y)),
-        0.5 * (top + bottom) + 0.5 * (high_x - low_x),
-        0.5 * (left + right) + 0.5 * (high_y - low_y),
+        0.5 * dx * (bottom - top + low_x + high_x),
+        0.5 * dy * (right - left + low_y + high_y),
+        0.5 * (top + bottom + high_x - low_x),
+        0.5 * (left + right + high_y - low_y),
     )
+
+
+@exact
+def _place(shares, laws, values, dx, dy, is_row):
+    """Place the edge on the links of a square: put the `shares` inside, and return the edge's inset (cells), its runs
+    along x and y and its length within the square (mm).
+    """
+    lever, run_x, run_y, length = LEVER, 0.0, 0.0, 0.0
+    for _ in range(2):  # the first pass finds the edge's direction
+        for k in range(4):
+            shares[k] = _share(laws[k], values[k], lever)
+        run_x, run_y = abs(shares[1] - shares[0]) * dx, abs(shares[3] - shares[2]) * dy
+        length = _at_least(math.sqrt(run_x * run_x + run_y * run_y))
+        lever = LEVER_ALONG + LEVER_SLANTING * (2.0 * (run_x / length) * (run_y / length))
+        lever = LEVER_ALONG if is_row else LEVER_MOST if lever > LEVER_MOST else lever
+    return _inset_by(lever), run_x, run_y, length
+
+
+@exact
+def _put_ends(ends, unknown, shares, outer, inset, box):
+    """Put how far the crossings of a square reach beyond the outermost middles of the zone, near its ends."""
+    top, bottom, left, right = box
+    for k in range(4):
+        c, d = outer[k]
+        place = c - 0.5 * (top + bottom) if k < 2 else d - 0.5 * (left + right)
+        depth = 0.5 * (bottom - top if k < 2 else right - left) + 1.0 - abs(place)
+        if c == NONE or depth >= 1.5:
+            continue
+        towards, line = 2 * (k // 2) + (place > 0.0), (d - left if k < 2 else c - top) + 2
+        beyond = shares[k] - inset - depth
+        if beyond != beyond:  # no smooth edge fits
+            unknown[towards, line] = max(unknown[towards, line], 0.5 - depth)
+        else:
+            ends[towards, line] = max(ends[towards, line], beyond)
 
 
 @exact
@@ -148,8 +160,9 @@ def _box(zone):
 
 
 @exact
-def _with_margin(zone, top, bottom, left, right):
+def _with_margin(zone, box):
     """Return the cells of a zone as 1, with a margin of 0 around."""
+    top, bottom, left, right = box
     inside = np.zeros((bottom - top + 1 + 2 * MARGIN, right - left + 1 + 2 * MARGIN), np.uint8)
     inside[MARGIN:-MARGIN, MARGIN:-MARGIN] = zone[top : bottom + 1, left : right + 1]
     return inside
