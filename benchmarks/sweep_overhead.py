@@ -3,8 +3,8 @@
     python benchmarks/sweep_overhead.py [--cases 200] [--solved 5] [--points 48]
 
 Mode I.3, 10 increments a stage, over friction. All cases are planned. In one process, some are solved alone and run as
-a worker of a sweep runs them, in turns; of each the least of eight counts. What other processes of a busy machine take
-from the cache hits both alike.
+a worker of a sweep runs them, in turns, several times; of each the least counts. What other processes of a busy machine
+take from the cache hits both alike.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def row(cases: int, solved: int, points: int, fields: bool, folder: Path) -> str
 
     planning = min(seconds(write_plan) for _ in range(REPETITIONS)) / cases
     runner, solving, running = CaseRunner(plan.manifest), 0.0, 0.0
-    for index, case in enumerate(plan.manifest.rows[:: cases // solved][:solved]):
+    for index, case in enumerate(plan.manifest.rows[:: max(cases // solved, 1)][:solved]):
         prepared = runner.base.prepare(case.settings, plan.manifest.results)
         alone, whole = [], []
         for repetition in range(REPETITIONS + (index == 0)):  # once more where kernels and plans are made

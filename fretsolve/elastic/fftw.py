@@ -56,19 +56,21 @@ def fast_length(least: int, even: bool = False) -> int:
     return best
 
 
-_measured_plans = 0  # like FFTW's wisdom, this and the next lines belong to the process
+_unsaved = False  # like FFTW's wisdom, this and the next lines belong to the process
+"""Whether plans may have been measured, or wisdom been read, that the file does not have."""
+
 _known: bytes | None = None
 _version: tuple[object, ...] = ()
 """What tells the file that was read from others."""
 
 
 def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
-    """Make a plan of FFTW, and count it in `measured_plans` if it has to be measured."""
-    global _measured_plans
+    """Make a plan of FFTW, from wisdom where there is some of it."""
+    global _unsaved
     if "FFTW_MEASURE" in flags:
         with contextlib.suppress(RuntimeError):  # FFTW has no wisdom of it
             return pyfftw.FFTW(*arguments, flags=(*flags, "FFTW_WISDOM_ONLY"), **options)
-        _measured_plans += 1
+        _unsaved = True
     return pyfftw.FFTW(*arguments, flags=flags, **options)
 
 
@@ -81,12 +83,12 @@ def estimated_plan(source: NDArray[Any], target: NDArray[Any], axis: int, back: 
     return plan(source, target, axes=(axis,), direction=direction, flags=("FFTW_ESTIMATE", *extra))
 
 
-def measured_plans() -> int:
-    """Return how many measured plans this process has made. Any made since the last save may hold new wisdom.
+def has_unsaved_wisdom() -> bool:
+    """Return whether this process may know plans that other processes would have to measure, and then choose others.
 
     Estimated plans are the same each time, with the same wisdom.
     """
-    return _measured_plans
+    return _unsaved
 
 
 def wisdom_file() -> Path:
@@ -99,7 +101,7 @@ def wisdom_file() -> Path:
 
 def load_wisdom() -> bool:
     """Give FFTW the measurements of earlier runs, unless it has them. Return False if none can be read."""
-    global _known, _version
+    global _known, _version, _unsaved
     before, _known = _known, None
     with contextlib.suppress(OSError, RuntimeError, FileError):
         path = wisdom_file()
@@ -112,13 +114,16 @@ def load_wisdom() -> bool:
         parts = content.split(b"\0")
         if content == before or (len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])):
             _known = content
+    if _known is None:  # somebody has removed the file, or it is damaged
+        _unsaved = _unsaved or before is not None
     return _known is not None
 
 
 def save_wisdom() -> None:
     """Save what FFTW knows and what other processes have saved meanwhile. A cache that cannot be written is ignored."""
-    global _known
+    global _known, _unsaved
     load_wisdom()
+    _unsaved = False  # also where it cannot be written, or each increment would try again
     content = b"\0".join(pyfftw.export_wisdom())
     if content == _known:
         return

@@ -28,7 +28,7 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function: Any):
         super().__init__(function)
-        stamp = self._impl.locator.get_source_stamp()
+        stamp = self._impl.locator.get_source_stamp(), _stamp_of_kernels()
         self._cache_file = _CheckedFiles(self.cache_path, self._impl.filename_base, stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -59,6 +59,12 @@ class _CheckedFiles(IndexDataCacheFile):
         if not _is_whole(path := self._data_path(name)):
             raise OSError(f"{path} is damaged")  # which numba takes as if there were no file
         return super()._load_data(name)
+
+
+def _stamp_of_kernels() -> tuple[tuple[str, int, int], ...]:
+    """Return what tells the modules of kernels from others: a compiled kernel holds constants and code of several."""
+    found = ((path.name, path.stat()) for path in sorted(Path(__file__).parent.glob("*.py")))
+    return tuple((name, status.st_mtime_ns, status.st_size) for name, status in found)
 
 
 def _is_whole(path: str) -> bool:

@@ -37,7 +37,8 @@ def kernel(function: Any) -> Any:
 def exact(function: Any) -> Any:
     """Compile a `function` like a kernel, but round each product and each sum, as NumPy does.
 
-    Then x and y can change places without a change of bits, since no product is taken up in a sum unrounded.
+    Then x and y can change places without a change of bits, since no product is taken up in a sum unrounded. Others may
+    call it without having its code put into them (`inlined`), which takes the compiler less time.
     """
     return _compiled(function, fastmath=False)
 

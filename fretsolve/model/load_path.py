@@ -54,10 +54,11 @@ class Increment:
 class _PlannedStage:
     """A stage with its first step, its number of increments, and what is imposed before it and at its end.
 
-    number: among all stages; path_dependent: whether the slip depends on the increments; grading: None for equal ones.
+    index: among all stages, from 0; path_dependent: whether the slip depends on the increments; grading: None for
+    equal ones.
     """
 
-    number: int
+    index: int
     stage: Stage
     first: int
     increments: int
@@ -91,16 +92,16 @@ class LoadPath:
         self.path_dependent = False
         self._all_imposed = list(accumulate(stages, imposed_after, initial=INITIAL))
         moved = set[str]()
-        for number, (stage, (before, after)) in enumerate(zip(stages, pairwise(self._all_imposed), strict=True)):
+        for index, (stage, (before, after)) in enumerate(zip(stages, pairwise(self._all_imposed), strict=True)):
             # A tangential component that returns to 0 still counts: shear stays behind.
             moved |= {name for name, value in stage.targets if name in SHEARING and value}
             path_dependent = _depends_on_path(stage, moved, model)
             self.path_dependent |= path_dependent
             drawn = DRAWN_INCREMENTS if model.has_shear and moved and _moves(stage) else 1
-            count = stage.increments or max(drawn, self._needed(number, path_dependent))
+            count = stage.increments or max(drawn, self._needed(index, path_dependent))
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
-            grading = self._gradings[number] if spacing == "graded" else None
-            self._planned.append(_PlannedStage(number, stage, 0, count, path_dependent, before, after, grading))
+            grading = self._gradings[index] if spacing == "graded" else None
+            self._planned.append(_PlannedStage(index, stage, 0, count, path_dependent, before, after, grading))
         self._place(self._planned)
 
     @cached_property
@@ -109,17 +110,17 @@ class LoadPath:
         laws = LINE if self._model.line else SPHERE
         return tuple(stage_gradings(self._model.friction, self._all_imposed, laws))
 
-    def _needed(self, number: int, path_dependent: bool) -> int:
+    def _needed(self, index: int, path_dependent: bool) -> int:
         """Return the number of increments that the slip of a stage needs."""
         if not path_dependent:
             return 1
-        wanted = INCREMENTS_PER_EDGE_MOTION * self._gradings[number].edge_motion * self._refinement
+        wanted = INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion * self._refinement
         return max(DRAWN_INCREMENTS, math.ceil(wanted - 1e-9))  # less the rounding error
 
     @property
     def needed(self) -> tuple[int, ...]:
         """The number of increments that the slip of each stage needs, 1 where the path has no effect."""
-        return tuple(self._needed(stage.number, stage.path_dependent) for stage in self._planned)
+        return tuple(self._needed(stage.index, stage.path_dependent) for stage in self._planned)
 
     @property
     def slip_width(self) -> float:

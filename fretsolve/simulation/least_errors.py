@@ -297,11 +297,17 @@ class LeastErrors:
 
 
 def _drop_beside_peak(pressure: FloatArray) -> float:
-    """Return the second differences of a pressure (nx, ny) at its largest value, along x and y, without their signs."""
-    row, column = map(int, np.unravel_index(pressure.argmax(), pressure.shape))
-    wider = np.pad(pressure, 1)  # nothing presses beyond the grid
-    beside = wider[row, column + 1] + wider[row + 2, column + 1] + wider[row + 1, column] + wider[row + 1, column + 2]
-    return float(4.0 * pressure[row, column] - beside)
+    """Return the second differences of a pressure (nx, ny) at its largest value, along x and y, without their signs.
+
+    Along the axis of a line contact, which has one cell, there is none.
+    """
+    row, column = np.unravel_index(pressure.argmax(), pressure.shape)
+    drop = 0.0
+    for values, place in ((pressure[:, column], int(row)), (pressure[row], int(column))):
+        if len(values) > 1:
+            before, most, after = np.pad(values, 1)[place : place + 3].tolist()  # nothing presses beyond the grid
+            drop += 2.0 * most - before - after
+    return drop
 
 
 def _slenderness(summary: Summary) -> float:

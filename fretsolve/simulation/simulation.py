@@ -12,7 +12,7 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
-from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom
+from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
@@ -83,7 +83,7 @@ def states_of(
     change = start.change if start is not None else None
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
     starts_with_gap = _starts_with_gap(setup)
-    summaries, plans = list(history), measured_plans()
+    summaries = list(history)
     path = setup.load_path.followed(summaries)
     while (step := len(summaries)) < (path := path.after(summaries)).increments:
         began = _working_seconds()
@@ -107,7 +107,8 @@ def states_of(
         except NoSolutionError as error:
             locate(error, setup, increment)
             raise
-        plans = _with_plans_saved(plans)  # before the state is yielded: a resumed run must transform by the same ones
+        if has_unsaved_wisdom():
+            save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved) if measured is None or measured(step) else UNMEASURED
         trend = change = None  # before the arrays of the new state are made
@@ -156,13 +157,6 @@ def _bound(
 
         require_stable(setup.case.friction, fields.pressure, bound, solver.level.operator)
     return bound
-
-
-def _with_plans_saved(plans: int) -> int:
-    """Save the plans of FFTW if there are more than `plans`, and return how many there are."""
-    if measured_plans() > plans:
-        save_wisdom()
-    return measured_plans()
 
 
 def _with_mismatch(begin: InitialState, stretch: Vector, setup: ProblemSetup) -> InitialState:

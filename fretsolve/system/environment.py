@@ -74,7 +74,6 @@ def available(threads: int) -> int:
 
 
 @cache
-@cache
 def compiler_installed() -> bool:
     """Return whether numba is installed."""
     return find_spec("numba") is not None

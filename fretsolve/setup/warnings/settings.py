@@ -76,9 +76,10 @@ def _about_counts(setup: ProblemSetup, accuracy: float) -> Iterator[str]:
     if nx < more_x or ny < more_y:
         given, picked = cell_counts((nx, ny)), cell_counts((more_x, more_y))
         yield f"grid.points: {given} are fewer than the {picked} {wanted}; leave them out to meet it"
-    short = [number for number, count in enumerate(path.counts) if count < path.needed[number]]
+    all_needed = path.needed
+    short = [place for place, count in enumerate(path.counts) if count < all_needed[place]]
     if short:
-        stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], path.needed[short[0]]
+        stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], all_needed[short[0]]
         more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
         key = f"{dotted(stage.key)}.increments"
         yield f"{key}: {count} are fewer than the {needed} {wanted}{more}; leave them out to meet it"

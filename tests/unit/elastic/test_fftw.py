@@ -13,7 +13,8 @@ from solving import build
 from fretsolve import run
 from fretsolve.elastic import cache_block, convolution
 from fretsolve.elastic import fftw as wisdom
-from fretsolve.elastic.fftw import load_wisdom, measured_plans, save_wisdom, wisdom_file
+from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom, wisdom_file
+from fretsolve.errors import GridEdgeError
 
 
 @pytest.fixture
@@ -24,31 +25,45 @@ def cache(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def no_wisdom(monkeypatch):
+def no_wisdom():
     pyfftw.forget_wisdom()
-    monkeypatch.setattr(wisdom, "_known", None)
+    wisdom._known = None  # so that it is read again
 
 
-def plans_measured(points: int) -> int:
-    """Return how many plans of a grid are measured."""
-    before, padded = measured_plans(), convolution.PaddedConvolution((points, points))
+def are_plans_measured(points: int) -> bool:
+    """Return whether plans of a grid have to be measured."""
+    wisdom._unsaved, padded = False, convolution.PaddedConvolution((points, points))
     field = np.ones(padded.shape)
     padded.apply(((padded.kernel_spectrum(field, False, False),),), [field], [field])
-    return measured_plans() - before
+    return has_unsaved_wisdom()
 
 
 @pytest.mark.usefixtures("no_wisdom")
 def test_small_grids_are_not_measured():
     """Measuring a plan takes longer than the few transforms of a small grid gain by it."""
-    assert plans_measured(8) == 0
-    assert plans_measured(160) > 0
+    assert not are_plans_measured(8)
+    assert are_plans_measured(160)
 
 
 @pytest.mark.usefixtures("no_wisdom")
 def test_plans_are_measured_once():
     """So a run saves nothing where nothing is new: a long file would take as long as some increments."""
-    assert plans_measured(160) > 0
-    assert plans_measured(160) == 0
+    assert are_plans_measured(160)
+    assert not are_plans_measured(160)
+
+
+@pytest.mark.usefixtures("no_wisdom")
+def test_plans_of_a_run_that_failed_are_saved_with_the_next_state(cache):
+    """Else a resumed run in another process would transform by other plans."""
+    parts = {"grid": {"points": 130, "size": 0.4}, "load_path": [{"P": 400.0}]}
+    with pytest.raises(GridEdgeError):
+        list(run(build(**parts)))
+    assert not wisdom_file().exists()
+    next(run(build(**parts | {"load_path": [{"P": 1.0}]})))
+    assert tuple(wisdom_file().read_bytes().split(b"\0")) == pyfftw.export_wisdom()
+    wisdom_file().unlink()  # another process clears the cache
+    next(run(build(**parts | {"load_path": [{"P": 1.0}]})))
+    assert wisdom_file().exists()
 
 
 def test_where_the_wisdom_is_kept(monkeypatch, tmp_path):

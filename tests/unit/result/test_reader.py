@@ -80,9 +80,8 @@ def test_h5py_sees_the_documented_attributes(tmp_path: Path) -> None:
         assert all(node.attrs["units"] and node.attrs["long_name"] for node in datasets)
         assert file["fields/pressure"].compression == "gzip"  # whose checksum is compared on reading
         assert file["fields/pressure"].chunks == (1, 6, 5)
-        assert (
-            file["history/P"].id.get_create_plist().get_layout() == h5py.h5d.COMPACT
-        )  # in its header, which has a checksum
+        layout = file["history/P"].id.get_create_plist().get_layout()
+        assert layout == h5py.h5d.COMPACT  # in its header, which has a checksum
 
 
 def test_xarray_opens_each_group_with_coordinates_and_units(tmp_path: Path) -> None:

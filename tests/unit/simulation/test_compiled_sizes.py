@@ -84,4 +84,4 @@ def test_runs_have_the_same_sizes(bodies, coupling):
         for zone in ("contact", "stick"):
             for name in ("area", "half_width_x", "half_width_y", "center_x", "center_y"):
                 values = [getattr(summary, f"{zone}_{name}") for summary in (one, other)]
-                np.testing.assert_allclose(*values, rtol=1e-3, atol=1e-4)
+                np.testing.assert_allclose(*values, rtol=1e-5, atol=1e-6)
