@@ -11,6 +11,7 @@ import pytest
 
 numba = pytest.importorskip("numba")
 options = pytest.importorskip("fretsolve.kernels.numba_options")
+numba_cache = pytest.importorskip("fretsolve.kernels.numba_cache")
 
 
 def threefold(value: float) -> float:
@@ -70,3 +71,13 @@ def test_a_cache_as_numba_writes_it_is_not_trusted(folder: Path) -> None:
     numba.njit(cache=True)(threefold)(2.0)
     assert not taken_from_disk()
     assert taken_from_disk()
+
+
+def test_kernels_are_compiled_again_when_a_module_has_changed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A kernel holds the constants of other modules."""
+    assert not taken_from_disk()
+    assert taken_from_disk()
+    stamp = numba_cache._stamp_of_kernels()
+    assert {"zone_laws.py", "preconditioning.py"} <= {name for name, *_ in stamp}
+    monkeypatch.setattr(numba_cache, "_stamp_of_kernels", lambda: stamp[1:])
+    assert not taken_from_disk()
