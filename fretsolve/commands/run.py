@@ -12,7 +12,7 @@ from fretsolve.case.models import Case
 from fretsolve.commands.files_beside import require_own_beside, require_room, write_beside
 from fretsolve.commands.messages.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import FileError, NoSolutionError
-from fretsolve.kernels import load
+from fretsolve.kernels import load, when_compiling
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -63,6 +63,7 @@ def run_case(
         messages.start(writer)
         if kernels.why_not:
             messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
+        when_compiling(messages.compiling)
         try:
             with messages.progress(len(writer.summaries)):
                 complete = solve_missing(

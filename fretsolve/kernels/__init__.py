@@ -9,6 +9,7 @@ one of them and binds it to its grids, for example ``kernels = load(compiled=Tru
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
@@ -77,6 +78,13 @@ def load(compiled: bool) -> Kernels:
     return Kernels(*modules, compiled=True)
 
 
+def when_compiling(tell: Callable[[], None]) -> None:
+    """Call `tell` when a kernel has to be compiled, before the wait: once, and never without compiled kernels."""
+    options = sys.modules.get("fretsolve.kernels.numba_options")  # loaded with the compiled kernels, if at all
+    if options is not None:
+        options.when_compiling(tell)
+
+
 def compile_seconds() -> float:
     """Return the wall-clock time (s) of compiling kernels in this process; 0 if all of them were on disk."""
     return _clock("compile_seconds")
@@ -92,4 +100,13 @@ def _clock(name: str) -> float:
     return float(getattr(options, name)()) if options is not None else 0.0
 
 
-__all__ = ["NUMPY", "ON_ANY_GRID", "GridKernels", "Kernels", "compile_seconds", "load", "readying_seconds"]
+__all__ = [
+    "NUMPY",
+    "ON_ANY_GRID",
+    "GridKernels",
+    "Kernels",
+    "compile_seconds",
+    "load",
+    "readying_seconds",
+    "when_compiling",
+]

@@ -22,6 +22,29 @@ def _clock(name: str) -> Callable[[], float]:
     return lambda: float(listener.duration) if listener.done else 0.0
 
 
+class _FirstCompilation(event.Listener):
+    """Calls `tell` when a kernel is compiled, once."""
+
+    tell: Callable[[], None] | None = None
+
+    def on_start(self, event: Any) -> None:
+        tell, self.tell = self.tell, None
+        if tell is not None:
+            tell()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_first_compilation = _FirstCompilation()
+event.register("numba:compile", _first_compilation)  # type: ignore[no-untyped-call]
+
+
+def when_compiling(tell: Callable[[], None]) -> None:
+    """Call `tell` when the next kernel is compiled, which none is that is on disk."""
+    _first_compilation.tell = tell
+
+
 compile_seconds = _clock("numba:compile")
 readying_seconds = _clock("numba:compiler_lock")
 

@@ -292,20 +292,18 @@ def _share(law, value, lever):
 
 @exact
 def _farthest(ends, unknown):
-    """Return how far the zone reaches towards -x, +x, -y, +y: by a parabola through the farthest row and its
-    neighbours.
+    """Return how far the zone reaches towards -x, +x, -y, +y: by parabolas through rows and those beside, which end no
+    farther.
     """
-    found = np.empty(4)
+    found = np.full(4, -math.inf)
     for towards in range(4):
-        row = 1
-        for line in range(ends.shape[1]):
-            if ends[towards, line] == -math.inf:
-                ends[towards, line] = unknown[towards, line]
-            if ends[towards, line] > ends[towards, row]:
-                row = line
-        before, most, after = ends[towards, row - 1], ends[towards, row], ends[towards, row + 1]
-        found[towards] = most
-        back, ahead = most - before, most - after
-        if not (math.isinf(before) or math.isinf(after)) and ahead + back:  # else at a corner, or straight
-            found[towards] += (ahead - back) ** 2 / (8.0 * (ahead + back))
+        row = ends[towards]
+        for line in range(len(row)):
+            if row[line] == -math.inf:
+                row[line] = unknown[towards, line]
+        for line in range(1, len(row) - 1):
+            most, back, ahead = row[line], row[line] - row[line - 1], row[line] - row[line + 1]
+            if back >= 0.0 and ahead >= 0.0 and 0.0 < back + ahead < math.inf:  # else at a corner
+                most += (ahead - back) ** 2 / (8.0 * (ahead + back))
+            found[towards] = max(found[towards], most)
     return found[0], found[1], found[2], found[3]

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,9 @@ class QuietMessages:
 
     def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
         """Print an increment that is saved, and its error bars if there are any."""
+
+    def compiling(self) -> None:
+        """Print that the kernels are being compiled, for which the run waits."""
 
     def warn(self, text: str) -> None:
         """Print a warning."""
@@ -175,6 +179,10 @@ class TextMessages(QuietMessages):
         if self.verbose:
             values |= {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
         key_value_line(**values)
+
+    def compiling(self) -> None:
+        say = self._bar.console.print if self.has_bar else partial(print, flush=True)
+        say("compiling the kernels, which takes 10 to 30 s, once on this machine")
 
     def already_complete(self, increments: int) -> None:
         print(f"{self.out}: already complete, {counted(increments, 'increment')}")

@@ -49,7 +49,7 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     if (unknown := np.isnan(beyond)).any():  # where no smooth edge fits
         unknown &= ends[towards, line] == -math.inf
         np.maximum.at(ends, (towards[unknown], line[unknown]), 0.5 - depth[unknown])
-    low_x, high_x, low_y, high_y = map(_farthest, ends)
+    low_x, high_x, low_y, high_y = _farthest(ends).tolist()
     half_x, half_y = middle - MARGIN_CELLS
     return Extent(
         dx * float(half_x + 0.5 * (low_x + high_x)),
@@ -59,11 +59,17 @@ def zone_extent(edge: ZoneEdge | None) -> Extent:
     )
 
 
-def _farthest(ends: FloatArray) -> float:
-    """Return how far a zone reaches, from where it ends in each row of cells, -inf if not near its own end."""
-    row = int(ends.argmax())
-    before, most, after = ends[row - 1 : row + 2].tolist()
-    if math.isinf(before) or math.isinf(after):  # at a corner, not on a curved edge
-        return float(most)
-    back, ahead = most - before, most - after
-    return float(most + (ahead - back) ** 2 / (8.0 * (ahead + back)) if ahead + back else most)
+def _farthest(ends: FloatArray) -> FloatArray:
+    """Return how far a zone reaches, (4,), from where it ends in each row, (4, n), -inf where not near its own end.
+
+    A row and those beside it, which end no farther, lie on a parabola, whose vertex may be between their middles. That
+    of each such row counts, so that rounding does not decide between rows which end alike.
+    """
+    before, most, after = ends[:, :-2], ends[:, 1:-1], ends[:, 2:]
+    with np.errstate(invalid="ignore"):
+        back, ahead = most - before, most - after
+        both = back + ahead
+    curved = (back >= 0.0) & (ahead >= 0.0) & (both > 0.0) & (both < math.inf)
+    farthest = most.copy()
+    farthest[curved] += (ahead[curved] - back[curved]) ** 2 / (8.0 * both[curved])  # at a corner there is no more
+    return np.asarray(farthest.max(axis=1))

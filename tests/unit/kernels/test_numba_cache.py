@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from fretsolve import kernels
+
 numba = pytest.importorskip("numba")
 options = pytest.importorskip("fretsolve.kernels.numba_options")
 numba_cache = pytest.importorskip("fretsolve.kernels.numba_cache")
@@ -81,3 +83,13 @@ def test_kernels_are_compiled_again_when_a_module_has_changed(folder: Path, monk
     assert {"zone_laws.py", "preconditioning.py"} <= {name for name, *_ in stamp}
     monkeypatch.setattr(numba_cache, "_stamp_of_kernels", lambda: stamp[1:])
     assert not taken_from_disk()
+
+
+def test_a_compilation_is_told_once_and_none_from_disk(folder: Path) -> None:
+    told: list[str] = []
+    kernels.when_compiling(lambda: told.append("compiling"))
+    assert not taken_from_disk()
+    assert told == ["compiling"]
+    kernels.when_compiling(lambda: told.append("again"))
+    assert taken_from_disk()
+    assert told == ["compiling"]

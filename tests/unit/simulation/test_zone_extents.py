@@ -13,7 +13,7 @@ from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
-from fretsolve.simulation.zones.zone_extents import Extent, zone_extent
+from fretsolve.simulation.zones.zone_extents import Extent, _farthest, zone_extent
 
 SHEARED = [{"P": LOAD}, {"Qx": 25.0, "increments": 1}]
 C = cattaneo_mindlin(HERTZ, FRICTION, 25.0, MATERIAL.tangential).stick_radius
@@ -91,3 +91,12 @@ def test_mirrored_fields_have_mirrored_extents():
     turned = [np.swapaxes(array[::-1] if array.ndim == 3 else array, -1, -2) for array in arrays]
     swapped = Grid(grid.ny, grid.nx, grid.dy, grid.dx, grid.y0, grid.x0)
     assert extent(turned, swapped) == pytest.approx((half_y, half_x, y, x), rel=1e-9)
+
+
+def test_rounding_does_not_decide_between_rows_that_end_alike():
+    ends = np.full((4, 9), -np.inf)
+    ends[:, 2:7] = 0.2, 0.5, 0.3, 0.5, 0.45
+    ends[1, 3] += 1e-15
+    ends[2, 5] += 1e-15
+    vertex = 0.5 + 0.15**2 / (8 * 0.25)  # that of the second one is farther
+    np.testing.assert_allclose(_farthest(ends), vertex, rtol=1e-12)
