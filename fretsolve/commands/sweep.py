@@ -24,7 +24,7 @@ from fretsolve.sweep.manifest import (
 )
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import ALL_NAMES, read_quantity
-from fretsolve.sweep.status import counted, is_taken, missing, state_of, states
+from fretsolve.sweep.status import CaseState, counted, is_taken, missing, state_of, states
 from fretsolve.sweep.table import collect, require_tables, writer_of
 from fretsolve.system.environment import processors
 from fretsolve.system.files import require_free
@@ -149,9 +149,7 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
     """
     manifest = messages.manifest
     found = list(states(manifest, reports))
-    for one in found:
-        if one.status == "error" and manifest.is_finished(one.row):
-            print_error_line(f"case {one.row.index}: {one.reason}; remove it to run the case again")
+    _name_damaged(manifest, found)
     messages.end(found)
     if not missing(manifest):
         remove_beginnings(manifest.folder)
@@ -161,6 +159,13 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
     if all(one.status == "no solution" for one in found):
         raise none_solved(sweep, found[0].reason)
     return 0
+
+
+def _name_damaged(manifest: Manifest, found: Iterable[CaseState]) -> None:
+    """Print the cases whose results cannot be read."""
+    for one in found:
+        if one.status == "error" and manifest.is_finished(one.row):
+            print_error_line(f"case {one.row.index}: {one.reason}; remove it to run the case again")
 
 
 def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool, overwrite: bool) -> int:
@@ -178,6 +183,7 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
     for path, write in writers.items():
         write(table)
         print(path)
+    _name_damaged(manifest, table.states)
     print(counted(table.states), flush=True)
     return 0
 

@@ -338,6 +338,8 @@ def test_quiet_sweep_tells_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     told = refused(4, "sweep", "run", path, "-q")
     assert told.startswith(f"case 0: {result}: ")
     assert told.endswith("; remove it to run the case again\n")
+    collected = invoke("sweep", "collect", folder)
+    assert (collected.exit_code, collected.stderr) == (0, told)
 
 
 def catches(pid: int) -> bool:
