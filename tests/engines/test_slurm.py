@@ -29,7 +29,8 @@ from fretsolve.sweep.manifest import read_manifest
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 WHOLE = CASES >= 40
-INCREMENTS = 30 if WHOLE else 150
+INCREMENTS = 30 if WHOLE else 500
+"""They take a task long enough to be met at work."""
 SWEEP = many_cases(CASES)
 TASKS = "slurm: {cases_per_task: 4, memory: 400M, time: 5, warning: 30}\n"
 SHARES = (1, 3, 4)
@@ -144,9 +145,13 @@ def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: P
 
 def a_task_at_work(slurm: dict[str, str], path: Path, folder: Path) -> str:
     """A task that runs and has a process that solves; the sweep is submitted again where there is none."""
-    if not running(slurm, folder):
-        sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
-    wait_for(lambda: running(slurm, folder) and workers(folder))
+
+    def is_there() -> bool:
+        if not running(slurm, folder):
+            sweep(slurm, "run", path, "-o", folder, "--on", "slurm")
+        return bool(running(slurm, folder) and workers(folder))
+
+    wait_for(is_there)
     return running(slurm, folder)[0]
 
 

@@ -44,7 +44,8 @@ def test_public_functions_and_classes_say_what_they_are() -> None:
     for compiled in sorted(package.glob("kernels/*_numba.py")):
         plain = compiled.with_name(compiled.name.replace("_numba", "_numpy"))
         steps = set(vars(Steps)) if compiled.stem == "cg_numba" else set()
-        assert _public(compiled, ast.get_docstring) <= _public(plain) | steps
+        described = _public(plain) if plain.exists() else set()  # zones have no namesakes, so they describe themselves
+        assert _public(compiled, ast.get_docstring) <= described | steps
 
 
 def _public(path: Path, left_out: Callable[[ast.FunctionDef], object] = lambda _: False) -> set[str]:
