@@ -14,9 +14,8 @@ import numpy as np
 
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import fast_length
-from fretsolve.elastic.influence import ScaledSpectra
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
-from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
+from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.grid import LineGrid
@@ -61,67 +60,6 @@ class StripSpectra(dict[Influence, KernelSpectrum]):
         return self[name]
 
 
-class LineOperator(ElasticOperator):
-    """Applies the influence coefficients of strips. Arguments as for `ElasticOperator`."""
-
-    is_plain = False
-
-    def __init__(
-        self,
-        grid: LineGrid,
-        compliances: Compliances,
-        terms: Terms,
-        team: ThreadTeam | None = None,
-        dtype: type[np.floating] = np.float64,
-        spectra: dict[Influence, KernelSpectrum] | None = None,
-    ):
-        super().__init__(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, spectra)
-        self._line = grid, compliances, terms
-        if spectra is None:
-            self._spectra = StripSpectra(self._convolution, grid, compliances)
-
-    @cached_property
-    def inner(self) -> LineOperator:
-        spectra = ScaledSpectra(self._spectra, 1.0 / self.unit, INNER_PRECISION)
-        return LineOperator(*self._line, self._team, INNER_PRECISION, spectra)
-
-    @cached_property
-    def preconditioner(self) -> LinePreconditioner:
-        return LinePreconditioner(*self._line, self.unit, self._team, INNER_PRECISION)
-
-    @cached_property
-    def self_coefficient(self) -> float:
-        """Displacement ux (mm) of about a cell's centre relative to its surroundings under qx of 1 MPa on the cell."""
-        grid, compliances, _ = self._line
-        return 2.0 * compliances.A * grid.dx / math.pi
-
-    def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
-        """Compute the tangential displacement from pressure, which has none along y; `terms` must couple."""
-        self.applications += 1
-        kernels = ((self._spectra["xz"],),)
-        self._convolution.apply(kernels, self._planes(pressure), (displacement[0],), turned=(True, False))
-        displacement[1] = 0.0
-
-    def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
-        """Compute ``uz`` from shear along x; `terms` must couple."""
-        self.applications += 1
-        self._convolution.apply(((self._spectra["xz"],),), (shear[0],), self._planes(uz), turned=(False, True))
-
-    def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
-        """Compute normal and tangential displacement from pressure and shear, with every term that is kept."""
-        if not self.terms.normal_tangential_coupling:
-            super().all(pressure, shear, uz, displacement)
-            return
-        self.applications += 1
-        spectra = self._spectra
-        kernels = (spectra["zz"], spectra["xz"]), (spectra["xz"], spectra["xx"])
-        self._convolution.apply(kernels, (pressure, shear[0]), (uz, displacement[0]), turned=(True, True))
-        if shear[1].any():
-            self._convolution.apply(((spectra["yy"],),), (shear[1],), (displacement[1],))
-        else:
-            displacement[1] = 0.0
-
-
 class LinePreconditioner(Preconditioner):
     """Computes tractions (MPa) from displacements (mm) of a line contact, times `factor`, in the precision `dtype`.
 
@@ -151,3 +89,56 @@ class LinePreconditioner(Preconditioner):
         if terms.tangential:
             antiplane = KernelSpectrum((inverse / (compliances.A + compliances.B)).astype(dtype), odd_x=False)
             self._spectra |= {"xx": of_plane, "yy": antiplane}
+
+
+class LineOperator(ElasticOperator):
+    """Applies the influence coefficients of strips. Arguments as for `ElasticOperator`."""
+
+    is_plain = False
+    _preconditioner = LinePreconditioner
+
+    def __init__(
+        self,
+        grid: LineGrid,
+        compliances: Compliances,
+        terms: Terms,
+        team: ThreadTeam | None = None,
+        dtype: type[np.floating] = np.float64,
+        spectra: dict[Influence, KernelSpectrum] | None = None,
+    ):
+        super().__init__(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, spectra)
+        self._arguments = grid, compliances, terms
+        self._side = grid.dx
+        if spectra is None:
+            self._spectra = StripSpectra(self._convolution, grid, compliances)
+
+    @cached_property
+    def self_coefficient(self) -> float:
+        """Displacement ux (mm) of about a cell's centre relative to its surroundings under qx of 1 MPa on the cell."""
+        return 2.0 * self.compliances.A * self._side / math.pi
+
+    def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
+        """Compute the tangential displacement from pressure, which has none along y; `terms` must couple."""
+        self.applications += 1
+        kernels = ((self._spectra["xz"],),)
+        self._convolution.apply(kernels, self._planes(pressure), (displacement[0],), turned=(True, False))
+        displacement[1] = 0.0
+
+    def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
+        """Compute ``uz`` from shear along x; `terms` must couple."""
+        self.applications += 1
+        self._convolution.apply(((self._spectra["xz"],),), (shear[0],), self._planes(uz), turned=(False, True))
+
+    def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
+        """Compute normal and tangential displacement from pressure and shear, with every term that is kept."""
+        if not self.terms.normal_tangential_coupling:
+            super().all(pressure, shear, uz, displacement)
+            return
+        self.applications += 1
+        spectra = self._spectra
+        kernels = (spectra["zz"], spectra["xz"]), (spectra["xz"], spectra["xx"])
+        self._convolution.apply(kernels, (pressure, shear[0]), (uz, displacement[0]), turned=(True, True))
+        if shear[1].any():
+            self._convolution.apply(((spectra["yy"],),), (shear[1],), (displacement[1],))
+        else:
+            displacement[1] = 0.0

@@ -7,8 +7,9 @@ the gap. The block operator on (p, qx, qy) is symmetric and positive definite.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -42,6 +43,8 @@ class ElasticOperator:
     is_plain: ClassVar[bool] = True
     """Whether it applies the influence coefficients of rectangular cells as they are."""
 
+    _preconditioner: ClassVar[Callable[..., Preconditioner]] = Preconditioner
+
     def __init__(
         self,
         shape: tuple[int, int],
@@ -55,6 +58,7 @@ class ElasticOperator:
     ):
         self.terms, self.dtype, self.applications = terms, dtype, 0
         self._problem = shape, spacing, compliances, terms
+        self._arguments: tuple[Any, ...] = self._problem  # that this class and its preconditioner take first
         self._team = team or ThreadTeam()
         self._convolution = self._convolution_on(shape, dtype)
         of_whole: InfluenceSpectra | None = None if whole is None else whole.influence
@@ -81,15 +85,16 @@ class ElasticOperator:
         return UNIT_OF_COMPLIANCE * self.self_coefficient
 
     @cached_property
-    def inner(self) -> ElasticOperator:
+    def inner(self) -> Self:
         """The same operator for the inner iterations: displacements over `unit`, in single precision."""
         spectra = ScaledSpectra(self._spectra, 1.0 / self.unit, INNER_PRECISION)
-        return ElasticOperator(*self._problem, self._team, INNER_PRECISION, spectra)
+        of_this_kind: Callable[..., Self] = type(self)
+        return of_this_kind(*self._arguments, self._team, INNER_PRECISION, spectra)
 
     @cached_property
     def preconditioner(self) -> Preconditioner:
         """Approximate inverse of `inner`, in single precision."""
-        return Preconditioner(*self._problem, self.unit, self._team, INNER_PRECISION)
+        return self._preconditioner(*self._arguments, self.unit, self._team, INNER_PRECISION)
 
     @property
     def total_applications(self) -> int:

@@ -2,36 +2,37 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
-from fretsolve.elastic.influence import ScaledSpectra
-from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
+from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.model.orthotropy import Orthotropy
 from fretsolve.system.arrays import FloatArray
+
+
+class OrthotropicPreconditioner(Preconditioner):
+    """Computes scaled shear tractions from scaled displacements, M^-1 K^-1 M^-1 roughly."""
+
+    def __init__(self, orthotropy: Orthotropy, *arguments: Any):
+        super().__init__(*arguments)
+        self._inverse = orthotropy.inverse
+
+    def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
+        """Compute scaled shear (2, nx, ny) from scaled displacement (2, nx, ny)."""
+        super().tangential(self._inverse.times(displacement), traction)
+        traction[:] = self._inverse.times(traction)
 
 
 class OrthotropicOperator(ElasticOperator):
     """Applies M K M to scaled shear tractions; arguments as for `ElasticOperator` after `orthotropy`, M."""
 
     is_plain = False
+    _preconditioner = OrthotropicPreconditioner
 
     def __init__(self, orthotropy: Orthotropy, *arguments: Any):
         super().__init__(*arguments)
         self._orthotropy = orthotropy
-
-    @cached_property
-    def inner(self) -> OrthotropicOperator:
-        """The same operator for the inner iterations: displacements over `unit`, in single precision."""
-        spectra = ScaledSpectra(self._spectra, 1.0 / self.unit, INNER_PRECISION)
-        return OrthotropicOperator(self._orthotropy, *self._problem, self._team, INNER_PRECISION, spectra)
-
-    @cached_property
-    def preconditioner(self) -> Preconditioner:
-        """Approximate inverse of `inner`, in single precision."""
-        arguments = *self._problem, self.unit, self._team, INNER_PRECISION
-        return OrthotropicPreconditioner(self._orthotropy, *arguments)
+        self._arguments = orthotropy, *self._problem
 
     def tangential(self, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute the scaled tangential displacement from scaled shear."""
@@ -54,16 +55,3 @@ class OrthotropicOperator(ElasticOperator):
             return
         super().all(pressure, self._orthotropy.times(shear), uz, displacement)
         displacement[:] = self._orthotropy.times(displacement)
-
-
-class OrthotropicPreconditioner(Preconditioner):
-    """Computes scaled shear tractions from scaled displacements, M^-1 K^-1 M^-1 roughly."""
-
-    def __init__(self, orthotropy: Orthotropy, *arguments: Any):
-        super().__init__(*arguments)
-        self._inverse = orthotropy.inverse
-
-    def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
-        """Compute scaled shear (2, nx, ny) from scaled displacement (2, nx, ny)."""
-        super().tangential(self._inverse.times(displacement), traction)
-        traction[:] = self._inverse.times(traction)

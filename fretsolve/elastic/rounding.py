@@ -9,9 +9,6 @@ import numpy as np
 
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, vector_lengths
 
-TINY = float(np.finfo(np.float64).tiny)
-"""Least value of a scale, so that nothing is divided by 0."""
-
 ROUNDING = 64.0 * float(np.finfo(np.float64).eps)
 """Rounding of a displacement or a gap, over the largest length that it is computed from."""
 

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.elastic.rounding import TINY
-from fretsolve.system.arrays import BoolArray, FloatArray
+from fretsolve.system.arrays import TINY, BoolArray, FloatArray
 
 MOST_GROWTH = 10.0
 """Limit of the factor on the coefficient by a power of the pressure, which has none at pressure 0 otherwise."""

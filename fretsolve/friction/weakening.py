@@ -15,11 +15,10 @@ import numpy as np
 
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.rounding import TINY
 from fretsolve.errors import WeakeningError
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.system.arrays import DoubleArray, FloatArray
+from fretsolve.system.arrays import TINY, DoubleArray, FloatArray
 
 MOST_STEPS, CLOSE = 30, 1e-3
 """Power steps, and the change at which the eigenvalue is known well enough."""

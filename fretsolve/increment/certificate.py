@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, TINY, circle_width, least_slip, named_rounding, slips
+from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
@@ -21,7 +21,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, nothing
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector, vector_lengths
+from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, vector_lengths
 
 LARGE_SLIP = 1e-3
 """Slip over the motion from which the motion is no least value."""

@@ -58,9 +58,8 @@ class MirroredIncrementSolver(IncrementSolver):
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
-        last, self._last = self._last, ()
-        follows = bool(last) and all(map(is_, last, (start.pressure, start.shear, start.displacement)))
-        del last
+        follows = bool(self._last) and all(map(is_, self._last, (start.pressure, start.shear, start.displacement)))
+        self._last = ()
         if not (self._has_even_surfaces and _is_even(increment, start, follows)):
             self._release_half()
             return super().solve(increment, start)

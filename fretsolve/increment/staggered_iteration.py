@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.elastic.incremental_update import add_displacement
-from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, TINY, circle_width, least_slip, slips
+from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
@@ -24,7 +24,7 @@ from fretsolve.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.rigid_modes import largest_error
 from fretsolve.solvers.tangential import SlipScales
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import TINY, FloatArray
 
 ENOUGH_ITERATIONS = 30
 """Iterations after which pressure and shear are solved together (`fretsolve.solvers.coupled_newton`) ..."""

@@ -138,43 +138,45 @@ def _give_negative(mirrored, line, length):
 @compiled
 def fold_rows(upper, lower, odd, lines):
     """Put the cells of ``upper + i lower`` into lines (r, m): those of even numbers, then the odd ones in reverse."""
-    rows, ny = upper.shape
-    length = lines.shape[1]
-    one = upper.dtype.type(1.0)
-    sign = -one if odd else one
-    for r in range(rows):
-        line = lines[r]
-        line[(ny + 1) // 2 : length - ny // 2] = 0.0
-        if r < lower.shape[0]:
-            for j in range((ny + 1) // 2):
-                line[j] = complex(upper[r, 2 * j], lower[r, 2 * j])
-            for j in range(ny // 2):
-                line[length - 1 - j] = complex(sign * upper[r, 2 * j + 1], sign * lower[r, 2 * j + 1])
+    ny, length = upper.shape[1], lines.shape[1]
+    for r in range(len(upper)):
+        lines[r, (ny + 1) // 2 : length - ny // 2] = 0.0
+        _fold(upper[r], odd, lines[r].real)
+        if r < len(lower):
+            _fold(lower[r], odd, lines[r].imag)
         else:
-            for j in range((ny + 1) // 2):
-                line[j] = upper[r, 2 * j]
-            for j in range(ny // 2):
-                line[length - 1 - j] = sign * upper[r, 2 * j + 1]
+            lines[r].imag[:] = 0.0
+
+
+@inlined
+def _fold(cells, odd, values):
+    """Put the cells of a row into the real or the imaginary part of a line."""
+    ny, length, one = len(cells), len(values), cells.dtype.type(1.0)
+    sign = -one if odd else one
+    for j in range((ny + 1) // 2):
+        values[j] = cells[2 * j]
+    for j in range(ny // 2):
+        values[length - 1 - j] = sign * cells[2 * j + 1]
 
 
 @compiled
 def unfold_rows(lines, odd, upper, lower):
     """Invert `fold_rows`."""
-    rows, ny = upper.shape
-    length = lines.shape[1]
-    one = upper.dtype.type(1.0)
+    for r in range(len(upper)):
+        _unfold(lines[r].real, odd, upper[r])
+        if r < len(lower):
+            _unfold(lines[r].imag, odd, lower[r])
+
+
+@inlined
+def _unfold(values, odd, cells):
+    """Invert `_fold`."""
+    ny, length, one = len(cells), len(values), cells.dtype.type(1.0)
     sign = -one if odd else one
-    for r in range(rows):
-        line = lines[r]
-        for j in range((ny + 1) // 2):
-            upper[r, 2 * j] = line[j].real
-        for j in range(ny // 2):
-            upper[r, 2 * j + 1] = sign * line[length - 1 - j].real
-        if r < lower.shape[0]:
-            for j in range((ny + 1) // 2):
-                lower[r, 2 * j] = line[j].imag
-            for j in range(ny // 2):
-                lower[r, 2 * j + 1] = sign * line[length - 1 - j].imag
+    for j in range((ny + 1) // 2):
+        cells[2 * j] = values[j]
+    for j in range(ny // 2):
+        cells[2 * j + 1] = sign * values[length - 1 - j]
 
 
 @compiled

@@ -5,11 +5,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-LEAST = float(np.finfo(np.float64).tiny)
-"""Least length (mm) or pressure (MPa), so that nothing is divided by 0."""
-
 LEVER, LEVER_ALONG, LEVER_SLANTING, LEVER_MOST = 0.9, 0.58, 0.5, 0.94
 """The lever of a front at an angle t to the cells is LEVER_ALONG + LEVER_SLANTING sin 2t, but no more than LEVER_MOST;
 LEVER is used while the angle is unknown."""

@@ -19,7 +19,6 @@ from fretsolve.kernels.zone_laws import (
     GAINED,
     GAINED_BEYOND,
     INSET,
-    LEAST,
     LEVER,
     LEVER_ALONG,
     LEVER_MOST,
@@ -32,6 +31,7 @@ from fretsolve.kernels.zone_laws import (
     TRUST,
     UNLIKE,
 )
+from fretsolve.system.arrays import TINY
 
 BALANCE, RECEDING, FIXED, AT_LIMIT = range(4)
 """Laws of the share of a link that is inside: load and opening balance; the same, but no more than the reserve lets
@@ -264,7 +264,7 @@ def _share_by_slip(slip, i, j, step_i, step_j):
 @inlined
 def _at_least(length):
     """Return a length, or the least one if that is more; NaN stays NaN."""
-    return LEAST if length < LEAST else length
+    return TINY if length < TINY else length
 
 
 @inlined

@@ -64,7 +64,7 @@ def create_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
 
 @dataclass(frozen=True)
 class _Storage:
-    """How HDF5 stores a column: objects of h5py's interface to the C library."""
+    """The storage of a column in HDF5: objects of h5py's interface to the C library."""
 
     number_type: Any
     space: Any

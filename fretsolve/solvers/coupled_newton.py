@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.rounding import LEAST_SLIP, TINY
+from fretsolve.elastic.rounding import LEAST_SLIP
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
@@ -20,7 +20,7 @@ from fretsolve.solvers.coupled_equations import CoupledEquations
 from fretsolve.solvers.normal import grown
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
 from fretsolve.solvers.tangential import STIFFEST
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector
 
 MOST_STEPS = 30
 """Newton steps of an attempt."""

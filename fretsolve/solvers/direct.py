@@ -14,14 +14,14 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.rounding import LEAST_SLIP, TINY, circle_width, slips
+from fretsolve.elastic.rounding import LEAST_SLIP, circle_width, slips
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_newton import CoupledProblem
 from fretsolve.solvers.influence_matrices import Cells, InfluenceTables
 from fretsolve.solvers.rigid_modes import NormalModes, solve_modes
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Vector
+from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray, Vector
 
 MOST_STEPS = 15
 """Steps of the shear, and of the contact zone after each of them, after which a solve is given up."""

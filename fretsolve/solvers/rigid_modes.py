@@ -14,11 +14,10 @@ from operator import mul
 
 import numpy as np
 
-from fretsolve.elastic.rounding import TINY
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums, Vector
+from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray, Products, Sums, Vector
 
 OPEN = 1e-6
 """Scale of gaps without contact, as a part of the rigid displacement: only rounding passes."""

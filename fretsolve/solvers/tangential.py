@@ -17,14 +17,14 @@ import numpy as np
 
 from fretsolve.elastic.incremental_update import add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, TINY, rounding_of
+from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, rounding_of
 from fretsolve.elastic.workspace import Workspace
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
 from fretsolve.solvers.projected_cg import ProjectedCG
 from fretsolve.solvers.rigid_modes import SINGLE_MODES, TangentialModes, is_singular, larger, largest_error, solve_modes
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector
 
 STIFFEST = 1e25
 """Limit of lam/b in units of the inner iterations; it leaves room for products in single precision."""

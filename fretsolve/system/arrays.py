@@ -1,4 +1,4 @@
-"""Array types, named once for the whole package, and the lengths of vectors."""
+"""Array types and the least scale, named once for the whole package, and the lengths of vectors."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+
+TINY = float(np.finfo(np.float64).tiny)
+"""Least value of a scale, so that nothing is divided by 0."""
 
 FloatArray = NDArray[np.floating]
 """Floating point of either precision."""

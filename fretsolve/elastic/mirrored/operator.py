@@ -6,33 +6,39 @@ acts, too.
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
-from fretsolve.elastic.influence import ScaledSpectra
 from fretsolve.elastic.mirrored.convolution import MirroredConvolution
-from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
+from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import FloatArray
+
+
+class MirroredPreconditioner(Preconditioner):
+    """Computes tractions from displacements, roughly, on the half y > 0 of a grid; ``shape``: of this half."""
+
+    _convolution: MirroredConvolution
+
+    def _convolution_on(
+        self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam
+    ) -> MirroredConvolution:
+        return MirroredConvolution(shape, dtype, team, periodic=True)
+
+    def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
+        """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
+        self._convolution.scalar(self._spectra["zz"], False, displacement[0], traction[0])
+
+    def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
+        """Compute ``traction`` (2, nx, ny) from displacement (2, nx, ny)."""
+        self._convolution.in_plane(self._spectra, self._in_plane, displacement, traction)
 
 
 class MirroredOperator(ElasticOperator):
     """Applies the influence coefficients on the half y > 0 of a grid; ``shape``: of this half."""
 
     _convolution: MirroredConvolution
-
-    @cached_property
-    def inner(self) -> MirroredOperator:
-        """The same operator for the inner iterations: displacements over `unit`, in single precision."""
-        spectra = ScaledSpectra(self._spectra, 1.0 / self.unit, INNER_PRECISION)
-        return MirroredOperator(*self._problem, self._team, INNER_PRECISION, spectra)
-
-    @cached_property
-    def preconditioner(self) -> MirroredPreconditioner:
-        """Approximate inverse of `inner`, in single precision."""
-        return MirroredPreconditioner(*self._problem, self.unit, self._team, INNER_PRECISION)
+    _preconditioner = MirroredPreconditioner
 
     def _convolution_on(self, shape: tuple[int, int], dtype: type[np.floating]) -> MirroredConvolution:
         return MirroredConvolution(shape, dtype, self._team)
@@ -59,25 +65,6 @@ class MirroredOperator(ElasticOperator):
 
     def _all_coupled(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
         self._convolution.coupled(self._spectra, pressure, shear, uz, displacement)
-
-
-class MirroredPreconditioner(Preconditioner):
-    """Computes tractions from displacements, roughly, on the half y > 0 of a grid; ``shape``: of this half."""
-
-    _convolution: MirroredConvolution
-
-    def _convolution_on(
-        self, shape: tuple[int, int], dtype: type[np.floating], team: ThreadTeam
-    ) -> MirroredConvolution:
-        return MirroredConvolution(shape, dtype, team, periodic=True)
-
-    def normal(self, displacement: FloatArray, traction: FloatArray) -> None:
-        """Compute ``traction`` (1, nx, ny) from displacement (1, nx, ny)."""
-        self._convolution.scalar(self._spectra["zz"], False, displacement[0], traction[0])
-
-    def tangential(self, displacement: FloatArray, traction: FloatArray) -> None:
-        """Compute ``traction`` (2, nx, ny) from displacement (2, nx, ny)."""
-        self._convolution.in_plane(self._spectra, self._in_plane, displacement, traction)
 
 
 def _plane(field: FloatArray) -> FloatArray:

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.elastic.rounding import TINY
 from fretsolve.kernels.zone_laws import (
     AT_THE_LIMIT,
     GAINED,
@@ -37,7 +36,7 @@ from fretsolve.kernels.zone_laws import (
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.cell_front import CellPart, Links, Share
-from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, vector_lengths
+from fretsolve.system.arrays import TINY, BoolArray, FloatArray, IndexArray, vector_lengths
 
 ROWS_AROUND, COLUMNS_AROUND = np.indices((3, 3)).reshape(2, 9, 1) - 1
 """Steps along x and y from a cell to those around it."""

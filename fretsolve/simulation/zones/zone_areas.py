@@ -10,9 +10,8 @@ import math
 
 import numpy as np
 
-from fretsolve.elastic.rounding import TINY
 from fretsolve.simulation.zones.zone_edges import ZoneEdge
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import TINY, FloatArray
 
 
 def zone_area(edge: ZoneEdge | None) -> float:

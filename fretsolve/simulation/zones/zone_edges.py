@@ -9,14 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.rounding import TINY
 from fretsolve.kernels.zone_laws import LEVER, LEVER_ALONG, LEVER_MOST, LEVER_SLANTING
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.cell_front import CellPart, Front, Share
 from fretsolve.simulation.zones.edge_shares import ZoneFields, contact_share, inset_by, stick_share
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import TINY, FloatArray
 
 
 @dataclass(frozen=True)
