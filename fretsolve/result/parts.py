@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
 from fretsolve.result.checks import content_of, row_type, widened
+from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
     CHANGE,
@@ -45,6 +46,7 @@ from fretsolve.result.storage import (
     create_column,
     create_columns,
     create_field,
+    fill_columns,
 )
 from fretsolve.system import atomic_files
 
@@ -144,25 +146,32 @@ def write_result(
     unsaved: Sequence[State],
     last_state: State | None,
     failure: tuple[str, str] | None,
+    empty: EmptyHistories | None = None,
 ) -> None:
     """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
 
     unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none.
     failure: why the run failed and the kind of failure, None if it is complete; a failed result keeps what a restart
-    needs. Raises FileExistsError if `out` exists, OSError, FileError.
+    needs. empty: histories to begin with, for results of many cases. Raises FileExistsError if `out` exists, OSError,
+    FileError.
     """
     rows = read_rows(header, sources, unsaved)
     steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
     if last_state is not None and last_state.summary.step not in steps:
         steps.append(last_state.summary.step)
         unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
-    with atomic_files.new_hdf5(out, folder, exclusive=True) as file:
+    known = quantities_of(header.case)
+    columns = [(known[name], rows[name]) for name in rows.dtype.names or ()]  # the step first
+    beginning = b"" if empty is None else empty.file([quantity for quantity, _ in columns], len(rows))
+    with atomic_files.new_hdf5(out, folder, exclusive=True, beginning=beginning) as file:
+        if beginning:
+            fill_columns(file["history"], columns)
+        else:
+            create_columns(file.create_group("history"), columns)
         names = [quantity.name for quantity in header.stored_fields]
         content = content_of(rows, header.x, header.y, steps, names)
         write_sealed(file, header.attributes("complete" if failure is None else "failed", failure), content)
-        history, fields = file.create_group("history"), file.create_group("fields")
-        known = quantities_of(header.case)
-        create_columns(history, [(known[name], rows[name]) for name in rows.dtype.names or ()])  # the step first
+        fields = file.create_group("fields")
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
         written = _write_fields(fields, header, steps, sources, unsaved)
         _write_cycles(file, header, rows, steps, ended=failure is None)

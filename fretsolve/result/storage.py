@@ -62,6 +62,19 @@ def create_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
         scale = column if scale is None else scale
 
 
+def fill_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
+    """Write the values of short columns that the HDF5 `group` has."""
+    from h5py import h5d, h5s
+
+    for quantity, values in columns:
+        h5d.open(group.id, quantity.name.encode()).write(h5s.ALL, h5s.ALL, np.array(values, quantity.dtype))
+
+
+def is_short(quantity: Quantity, length: int) -> bool:
+    """Return whether a column of so many numbers lies in its own header."""
+    return np.dtype(quantity.dtype).itemsize * length <= SHORT_COLUMN
+
+
 @dataclass(frozen=True)
 class _Storage:
     """The storage of a column in HDF5: objects of h5py's interface to the C library."""

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import h5py
 
 from fretsolve.errors import FileError
+from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.header import RunHeader
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import HEADER_NAME, all_parts, merge_parts, write_increments, write_part, write_result
@@ -76,6 +77,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         pause: float = 0.0,
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
+        empty: EmptyHistories | None = None,
     ):
         """Go on from `saved`; lock: on the folder of the parts, None if nothing is written; the rest as for `open`."""
         self.out, self.header = saved.out, saved.header
@@ -83,6 +85,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.last_state, self.summaries = saved.last_state, saved.summaries
         self._saved, self._lock = saved, lock
         self._pause, self._advice, self._shared = pause, advice, shared
+        self._empty = empty
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
         self._no_fields: Fields | None = None
@@ -99,12 +102,14 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         pause: float = 0.0,
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
+        empty: EmptyHistories | None = None,
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
         retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
         unsaved. advice: how to go on, for the message if nothing more can be saved. shared: a new result begins with
-        the longest of these files that is there, and writes those that are not. Raises CaseError if `out` or its parts
+        the longest of these files that is there, and writes those that are not. empty: histories that results of many
+        cases begin with. Raises CaseError if `out` or its parts
         exist and neither option is given, FileError if they belong to another run or are damaged, if another run writes
         them, or if the folder cannot be written.
         """
@@ -131,7 +136,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             except BaseException:
                 _release(lock)
                 raise
-            return cls(saved, lock, pause, advice, shared)
+            return cls(saved, lock, pause, advice, shared, empty)
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -201,7 +206,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         with self._reported("cannot write the result", self.out):
             parts = [part.path for part in self._saved.parts]
             try:
-                write_result(self.out, self._saved.folder, self.header, parts, self._unsaved, self.last_state, failure)
+                folder, last = self._saved.folder, self.last_state
+                write_result(self.out, folder, self.header, parts, self._unsaved, last, failure, self._empty)
             except OSError:
                 self.save()  # what a pause has left unsaved
                 raise

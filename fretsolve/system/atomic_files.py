@@ -25,6 +25,9 @@ _TEMPORARY = re.compile(r"(.+)\.(?:[0-9a-f]{16}|[0-9a-f]{8})\.tmp")
 LONGEST_ENDING = len(".0123456789abcdef.tmp")
 """Bytes that the name of a file is longer by while it is written."""
 
+HDF5_VERSIONS = ("v110", "v110")
+"""HDF5 1.10 and later read such files, and all of their metadata have checksums."""
+
 STALE = 86400.0
 """Seconds after which a temporary file counts as left by a kill, if other processes may write the same file. Clocks of
 servers differ, and may be set forward."""
@@ -125,14 +128,16 @@ def _name_new(temporary: Path, target: Path) -> None:
 
 
 @contextmanager
-def new_hdf5(target: Path, folder: Path | None = None, *, exclusive: bool = False) -> Iterator[Any]:
-    """Open a new `h5py.File` as `new_file` does. Raises OSError."""
+def new_hdf5(
+    target: Path, folder: Path | None = None, *, exclusive: bool = False, beginning: bytes = b""
+) -> Iterator[Any]:
+    """Open a new `h5py.File` as `new_file` does; beginning: an HDF5 file to begin with. Raises OSError."""
     import h5py
 
     with new_file(target, folder, exclusive=exclusive) as raw:
         try:
-            # HDF5 1.10 and later read such a file, and all of its metadata have checksums.
-            with h5py.File(raw, "w", libver=("v110", "v110")) as file:
+            raw.write(beginning)
+            with h5py.File(raw, "r+" if beginning else "w", libver=HDF5_VERSIONS) as file:
                 yield file
         except Exception:
             raw.check()  # whatever HDF5 reports after a failed write, that write is the cause
