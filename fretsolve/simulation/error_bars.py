@@ -25,6 +25,7 @@ from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
+    DIRECT,
     LINKED,
     MX,
     MY,
@@ -43,6 +44,9 @@ LIKE_BODIES = 0.5
 """What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, in a
 contact that grows."""
 
+UNLIKE_BODIES = 0.15
+"""What unlike bodies take from the order of what the normal load presses: the pressure has a kink where slip ends."""
+
 CORRECTED_SAFETY = 1.1
 """Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
 
@@ -53,6 +57,11 @@ slip otherwise."""
 ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
 """The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
 them; where only the former has, they have the factors above."""
+
+LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 2.5
+"""Way of an increment over what it leaves of the friction limit, from which its tangential values have these factors,
+as run and corrected. What slips grows with a power of the load left, so that longer increments do not show the first
+order yet: near gross slip, corrections made up for a quarter to a third of the errors."""
 
 
 def pressed_at_once(setup: ProblemSetup) -> bool:
@@ -166,7 +175,10 @@ class ErrorBars:
         summary = state.summary
         smooth = not (self._least_errors.ends or self._setup.case.friction_varies)
         orders = (SMOOTH_ORDER if smooth else ORDER).copy()
-        orders[[WORK, TOTAL]] += 0.0 if self._setup.model.coupled else LIKE_BODIES
+        if self._setup.model.coupled:
+            orders[DIRECT] -= UNLIKE_BODIES
+        else:
+            orders[[WORK, TOTAL]] += LIKE_BODIES
         less_half, less_third = self._finer[0] ** orders - 1.0, self._finer[1] ** orders - 1.0
         apart = less_third - less_half  # 0 where both have as few points as a coarse run may have
         over = np.divide(less_third, apart, out=np.zeros_like(apart), where=apart > 0.0)
@@ -236,13 +248,19 @@ class ErrorBars:
         corrected = np.where(alone, CORRECTED_ALONE, CORRECTED_SAFETY)
         corrected[[MX, MY]] = SAFETY[[MX, MY]]
         safety = np.where(alone, ALONE, SAFETY)
+        if self._shear_path.coarsest > LONG_STEP:
+            tangential = (LINKED > 0.0) & CORRECTABLE
+            tangential[[WORK, TOTAL]] = True
+            safety[tangential] = np.maximum(safety[tangential], LONG)
+            corrected[tangential] = np.maximum(corrected[tangential], CORRECTED_LONG)
         if self._at_once:
             slipping = (LINKED > 0.0) & CORRECTABLE
             slipping[[WORK, TOTAL]] = True
             both = 1 in self._path.counts[1 : stage + 1]
-            safety = np.where(slipping, ALONE_AT_ONCE if both else ALONE, safety)
+            safety = np.where(slipping, np.maximum(safety, ALONE_AT_ONCE if both else ALONE), safety)
             safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
-            corrected = np.where(slipping, CORRECTED_AT_ONCE if both else CORRECTED_ALONE, corrected)
+            least = CORRECTED_AT_ONCE if both else CORRECTED_ALONE
+            corrected = np.where(slipping, np.maximum(corrected, least), corrected)
         return safety, corrected
 
     def _linked(self, change: DoubleArray) -> DoubleArray:

@@ -31,14 +31,14 @@ class QuantityEstimate:
 
 
 # Their edges, where the pressure falls smoothly, are found to a small part of a cell.
-DIRECT = QuantityEstimate(order=1.2, smooth_order=2.0)
+PRESSED = QuantityEstimate(order=1.2, smooth_order=2.0)
 # Their change by the increments on the coarse grid is mostly that of the edge within the cells.
 END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, safety=2.0)
 DIFFERENT = {
-    **dict.fromkeys(("P", "delta_z"), DIRECT),
+    **dict.fromkeys(("P", "delta_z"), PRESSED),
     "contact_radius": QuantityEstimate(smooth_order=2.0),
     "stick_radius": QuantityEstimate(safety=1.0, linked=0.2),
-    "max_pressure": replace(DIRECT, floor=0.24),
+    "max_pressure": replace(PRESSED, floor=0.24),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("Mx", "My"), QuantityEstimate(floor=0.3)),
     **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3)),
@@ -58,6 +58,8 @@ CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY, MZ, QX, QY = map(
     ("contact_radius", "stick_radius", "max_pressure", "work", "work_total", "Mx", "My", "Mz", "Qx", "Qy"),
 )
 """Places in that order."""
+
+DIRECT = np.array([ESTIMATED.index(name) for name in ("P", "delta_z", "contact_radius", "max_pressure")])
 
 CONTACT_EXTENTS, STICK_EXTENTS = (
     np.array([place for place, name in enumerate(ESTIMATED) if name in EXTENTS and name.startswith(zone)])

@@ -16,7 +16,8 @@ class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
-    way in the last increment and in all; last_thin, thin: least error (mJ) of what the last increment and all
+    way in the last increment and in all; coarsest: the longest way of an increment over what is left of the friction
+    limit at its end; last_thin, thin: least error (mJ) of what the last increment and all
     dissipated in annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to
     gross slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     now: the summary of the last increment; before: that of the largest P of those before it; None where there is none.
@@ -26,6 +27,7 @@ class ShearPath:
     largest: float = 0.0
     last: float = 0.0
     length: float = 0.0
+    coarsest: float = 0.0
     last_thin: float = 0.0
     thin: float = 0.0
     now: Summary | None = None
@@ -34,7 +36,7 @@ class ShearPath:
     @property
     def left(self) -> float:
         """The part of the friction limit that is left, LEAST_LEFT at least."""
-        return max(1.0 - math.hypot(*self.at), LEAST_LEFT)
+        return _left(self.at)
 
     def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
         """Return the path after one more increment.
@@ -50,7 +52,8 @@ class ShearPath:
         last = math.dist(at, self.at)
         largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
         length, thin_so_far = self.length + last, self.thin + thin
-        return ShearPath(at, largest, last, length, thin, thin_so_far, summary, self._most_pressed)
+        coarsest = max(self.coarsest, last / _left(at))
+        return ShearPath(at, largest, last, length, coarsest, thin, thin_so_far, summary, self._most_pressed)
 
     @property
     def _most_pressed(self) -> Summary | None:
@@ -58,3 +61,7 @@ class ShearPath:
         if self.before is None or (self.now is not None and self.now.P >= self.before.P):
             return self.now
         return self.before
+
+
+def _left(at: tuple[float, float, float]) -> float:
+    return max(1.0 - math.hypot(*at), LEAST_LEFT)
