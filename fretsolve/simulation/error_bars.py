@@ -25,11 +25,11 @@ from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
-    DIRECT,
     LINKED,
     MX,
     MY,
     ORDER,
+    PRESSED,
     SAFETY,
     SMOOTH_ORDER,
     STICK,
@@ -45,7 +45,7 @@ LIKE_BODIES = 0.5
 contact that grows."""
 
 UNLIKE_BODIES = 0.15
-"""What unlike bodies take from the order of what the normal load presses: the pressure has a kink where slip ends."""
+"""What unlike bodies take from the orders of `PRESSED`: their pressure has a kink where slip ends."""
 
 CORRECTED_SAFETY = 1.1
 """Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
@@ -59,9 +59,9 @@ ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
 them; where only the former has, they have the factors above."""
 
 LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 2.5
-"""Way of an increment over what it leaves of the friction limit, from which its tangential values have these factors,
-as run and corrected. What slips grows with a power of the load left, so that longer increments do not show the first
-order yet: near gross slip, corrections made up for a quarter to a third of the errors."""
+"""Way of an increment over what it leaves of the friction limit, from which on tangential values and energies have
+these factors, as run and corrected. What slips grows with a power of what is left of the limit, and longer increments
+do not show the first order yet: near gross slip the corrections made up for a quarter to a third of the errors."""
 
 
 def pressed_at_once(setup: ProblemSetup) -> bool:
@@ -176,7 +176,7 @@ class ErrorBars:
         smooth = not (self._least_errors.ends or self._setup.case.friction_varies)
         orders = (SMOOTH_ORDER if smooth else ORDER).copy()
         if self._setup.model.coupled:
-            orders[DIRECT] -= UNLIKE_BODIES
+            orders[PRESSED] -= UNLIKE_BODIES
         else:
             orders[[WORK, TOTAL]] += LIKE_BODIES
         less_half, less_third = self._finer[0] ** orders - 1.0, self._finer[1] ** orders - 1.0
@@ -244,23 +244,24 @@ class ErrorBars:
         Moments gain nothing by the correction, and keep all of it.
         """
         stage = next(place for place, last in enumerate(self._path.last_steps) if step <= last)
-        alone = (LINKED > 0.0) & CORRECTABLE & (self._path.counts[stage] == 1)
-        corrected = np.where(alone, CORRECTED_ALONE, CORRECTED_SAFETY)
+        tangential = (LINKED > 0.0) & CORRECTABLE
+        by_slip = tangential.copy()
+        by_slip[[WORK, TOTAL]] = True
+        safety, corrected = SAFETY.copy(), np.full(len(SAFETY), CORRECTED_SAFETY)
         corrected[[MX, MY]] = SAFETY[[MX, MY]]
-        safety = np.where(alone, ALONE, SAFETY)
+        widened: list[tuple[BoolArray, float, float]] = []
+        if self._path.counts[stage] == 1:
+            widened.append((tangential, ALONE, CORRECTED_ALONE))
         if self._shear_path.coarsest > LONG_STEP:
-            tangential = (LINKED > 0.0) & CORRECTABLE
-            tangential[[WORK, TOTAL]] = True
-            safety[tangential] = np.maximum(safety[tangential], LONG)
-            corrected[tangential] = np.maximum(corrected[tangential], CORRECTED_LONG)
+            widened.append((by_slip, LONG, CORRECTED_LONG))
         if self._at_once:
-            slipping = (LINKED > 0.0) & CORRECTABLE
-            slipping[[WORK, TOTAL]] = True
             both = 1 in self._path.counts[1 : stage + 1]
-            safety = np.where(slipping, np.maximum(safety, ALONE_AT_ONCE if both else ALONE), safety)
+            factors = (ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_ALONE)
+            widened.append((by_slip, *factors))
             safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
-            least = CORRECTED_AT_ONCE if both else CORRECTED_ALONE
-            corrected = np.where(slipping, np.maximum(corrected, least), corrected)
+        for which, least, least_corrected in widened:
+            safety[which] = np.maximum(safety[which], least)
+            corrected[which] = np.maximum(corrected[which], least_corrected)
         return safety, corrected
 
     def _linked(self, change: DoubleArray) -> DoubleArray:

@@ -48,7 +48,7 @@ CONTACT_EDGE = 0.008
 CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
 """The same of half-widths and middles over h, which depend on the ends of a zone alone."""
 
-PART_STICK, PART_STICK_ORDER = 0.43, 1.5
+PART_STICK, PART_STICK_ORDER = 0.45, 1.5
 """Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
 
 SHARP_EDGE, ROUNDED_EDGE = 0.1, 0.25
@@ -66,7 +66,7 @@ opposite effect. Those at ends are largest. Also of Mx and My with the shear for
 map."""
 
 TILT = 0.03
-"""Least error of tilts over (h/a)^FLOOR_ORDER delta_z/a."""
+"""Least error of tilts over (h/a)^FLOOR_ORDER delta_z/a. A tilt of delta_z/a takes a moment of about P a."""
 
 SHARP_MOMENT = 3.0
 """Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
@@ -198,7 +198,7 @@ class LeastErrors:
         least[[MX, MY]] = np.hypot(least[[MX, MY]], arm * math.hypot(opposite * summary.P, on_maps))
         least[MZ] = math.hypot(least[MZ], arm * opposite * shear)
         if summary.contact_radius:
-            turn = TILT * ratio**FLOOR_ORDER * abs(float(largest[DISPLACED[0]])) / summary.contact_radius
+            turn = TILT * ratio**FLOOR_ORDER * float(largest[DISPLACED[0]]) / summary.contact_radius
             least[TILTS] = np.hypot(least[TILTS], turn)
 
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:

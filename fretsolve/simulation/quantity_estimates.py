@@ -31,14 +31,14 @@ class QuantityEstimate:
 
 
 # Their edges, where the pressure falls smoothly, are found to a small part of a cell.
-PRESSED = QuantityEstimate(order=1.2, smooth_order=2.0)
+BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0)
 # Their change by the increments on the coarse grid is mostly that of the edge within the cells.
 END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, safety=2.0)
 DIFFERENT = {
-    **dict.fromkeys(("P", "delta_z"), PRESSED),
+    **dict.fromkeys(("P", "delta_z"), BY_LOAD),
     "contact_radius": QuantityEstimate(smooth_order=2.0),
     "stick_radius": QuantityEstimate(safety=1.0, linked=0.2),
-    "max_pressure": replace(PRESSED, floor=0.24),
+    "max_pressure": replace(BY_LOAD, floor=0.24),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("Mx", "My"), QuantityEstimate(floor=0.3)),
     **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3)),
@@ -59,7 +59,8 @@ CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY, MZ, QX, QY = map(
 )
 """Places in that order."""
 
-DIRECT = np.array([ESTIMATED.index(name) for name in ("P", "delta_z", "contact_radius", "max_pressure")])
+PRESSED = np.array([ESTIMATED.index(name) for name in ("P", "delta_z", "contact_radius", "max_pressure")])
+"""Places of what the pressure gives."""
 
 CONTACT_EXTENTS, STICK_EXTENTS = (
     np.array([place for place, name in enumerate(ESTIMATED) if name in EXTENTS and name.startswith(zone)])

@@ -403,6 +403,36 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             2: {"work_total": 9.3335e-6, "delta_x": 7.7425e-5, "My": 2.1792e-3},
         },
     ),
+    "a cycle of a sphere of unlike bodies whose increments are longer than what is left to gross slip": (
+        {
+            "bodies": [
+                {"young_modulus": 9100.0, "poisson_ratio": 0.35},
+                {"young_modulus": 42195.96, "poisson_ratio": 0.03},
+            ],
+            "surface": {"sphere": {"radius": 2.059}},
+            "friction": 0.075,
+            "grid": {"points": 36, "size": [0.503, 0.4574]},
+            "load_path": [
+                {"P": 23.14, "increments": 4},
+                {"Qx": 1.388, "increments": 1},
+                {"Qx": -1.388, "increments": 8},
+            ],
+        },
+        {
+            2: {"delta_x": 8.7579e-4, "work_total": 2.8089e-4},
+            3: {"delta_x": -7.2380e-4, "work_total": 5.5222e-4, "stick_radius": 0.066939},
+        },
+    ),
+    "a cone tilted by a moment": (
+        {
+            "bodies": ["rigid", {"young_modulus": 67200.0, "poisson_ratio": 0.13}],
+            "surface": {"cone": {"angle": 0.0262}},
+            "friction": 0.024,
+            "grid": {"points": 40, "size": [4.58, 5.513125]},
+            "load_path": [{"P": 5037.0, "My": 527.0, "increments": 4}],
+        },
+        {1: {"phi_y": 2.40561e-3, "delta_z": 0.054831, "contact_radius": 1.33899}},
+    ),
     "a sharp punch in line contact": (
         {
             "plane": "strain",

@@ -19,6 +19,13 @@ def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
     assert path.left == pytest.approx(0.25)
 
 
+def test_the_coarsest_increment_is_the_longest_one_over_what_it_leaves():
+    path = ShearPath().after(summary(Qx=20.0), 40.0, 0.0, 0.0)
+    assert path.coarsest == pytest.approx(1.0)
+    assert path.after(summary(Qx=22.0), 40.0, 0.0, 0.0).coarsest == pytest.approx(1.0)
+    assert path.after(summary(Qx=36.0), 40.0, 0.0, 0.0).coarsest == pytest.approx(4.0)
+
+
 def test_a_torque_counts_over_two_thirds_of_the_radius():
     assert ShearPath().after(summary(Mz=4.0), 40.0, 0.0, 0.0).largest == pytest.approx(0.5)
 
