@@ -21,7 +21,8 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.least_errors import UNSHEARED, LeastErrors
+from fretsolve.simulation.missed_motion import NOTHING_MISSED
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
@@ -103,7 +104,7 @@ class ErrorBars:
         self._least_errors = LeastErrors.of(setup)
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
         self._summaries: list[Summary] = []
-        self._largest, self._shear_path = np.zeros(len(ESTIMATED)), ShearPath()
+        self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
         self._at_once = pressed_at_once(setup)
         self._path = setup.load_path
         for summary in history:
@@ -149,8 +150,12 @@ class ErrorBars:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         pressed = self._least_errors.sheared_by_pressing(summary)
-        thin = self._least_errors.thin_slip(summary, self._setup.load_path.counts[summary.stage - 1])
+        count = self._setup.load_path.counts[summary.stage - 1]
+        thin = self._least_errors.thin_slip(summary, count)
         self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed, thin)
+        self._missed = self._missed.after(self._least_errors.unseen_middle(summary))
+        if count == 1 and self._shear_path.last > UNSHEARED and len(self._summaries) > 1:
+            self._missed = self._missed.after_late_contact(*self._summaries[-2:])
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
@@ -186,6 +191,7 @@ class ErrorBars:
         half = (from_third - half_less_third) / less_half
         third = from_third / less_third
         least = self._least_errors.values(state, self._largest, self._shear_path)
+        self._missed.add_to(least, summary)
         least[imposed] = 0.0
         found: DoubleArray = np.linalg.norm([half, third, least], axis=0)
         return found

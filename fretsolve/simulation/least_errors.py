@@ -104,6 +104,10 @@ THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
 """Least relative error of what an increment dissipates in an annulus thinner than THIN_SLIP_CELLS cells, over h over
 its width, which counts as THINNEST_SLIP h at least."""
 
+STRETCH, UNTILTED = 0.15, 1e-3
+"""Least error of the displacements of unlike bodies that are tilted and slip in all cells, over beta p h/E*; and the
+tilt times the contact radius over the approach from which on they count as tilted."""
+
 UNSHEARED = 1e-3
 """Part of the friction limit below which a load is one of pressing alone."""
 
@@ -276,6 +280,18 @@ class LeastErrors:
             return 0.0
         rise = 1.0 + math.log(self.side / stick) if stick < self.side else self.side / stick
         return self.model.friction * abs(self.model.compliances.dundurs_constant) * rise * summary.max_pressure
+
+    def unseen_middle(self, summary: Summary) -> float:
+        """Return the least error (mm) of the displacements where unlike bodies that are tilted slip in all cells.
+
+        Within the cell that the slip points to, their surfaces stretch by some beta p/E* against each other.
+        """
+        tilt = math.hypot(summary.phi_x, summary.phi_y) * summary.contact_radius
+        stick = spence_ratio(self.model) * summary.contact_radius
+        if not self.model.coupled or stick >= self.side or tilt < UNTILTED * abs(summary.delta_z):
+            return 0.0
+        mismatch = abs(self.model.compliances.dundurs_constant) / self.model.compliances.contact_modulus
+        return STRETCH * mismatch * summary.max_pressure * self.side
 
     def thin_slip(self, summary: Summary, count: int) -> float:
         """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0.

@@ -53,10 +53,10 @@ def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
 ORDER, SMOOTH_ORDER, SAFETY, LINKED, FLOOR = _columns([DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED])
 """The constants by quantity, in the order of `ESTIMATED`."""
 
-CONTACT, STICK, PRESSURE, WORK, TOTAL, MX, MY, MZ, QX, QY = map(
-    ESTIMATED.index,
-    ("contact_radius", "stick_radius", "max_pressure", "work", "work_total", "Mx", "My", "Mz", "Qx", "Qy"),
+CONTACT, STICK, PRESSURE, WORK, TOTAL = map(
+    ESTIMATED.index, ("contact_radius", "stick_radius", "max_pressure", "work", "work_total")
 )
+MX, MY, MZ, QX, QY, DELTA_X, DELTA_Y = map(ESTIMATED.index, ("Mx", "My", "Mz", "Qx", "Qy", "delta_x", "delta_y"))
 """Places in that order."""
 
 PRESSED = np.array([ESTIMATED.index(name) for name in ("P", "delta_z", "contact_radius", "max_pressure")])

@@ -1,0 +1,79 @@
+"""What coarse runs do not show of tangential motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fake_states import fake_states
+from solving import DISSIMILAR, SIMILAR, build
+
+from fretsolve.result.state import ESTIMATED, Summary
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.least_errors import STRETCH, LeastErrors
+from fretsolve.simulation.missed_motion import LATE, LATE_EDGE, LATE_ENERGY, NOTHING_MISSED, MissedMotion
+
+
+def summary(**values: float) -> Summary:
+    (state,) = fake_states(1)
+    return replace(state.summary, **values)
+
+
+def least(missed: MissedMotion, now: Summary) -> dict[str, float]:
+    """Return the least errors by name."""
+    errors = np.zeros(len(ESTIMATED))
+    missed.add_to(errors, now)
+    return dict(zip(ESTIMATED, errors.tolist(), strict=True))
+
+
+BEFORE = summary(contact_radius=0.24, delta_x=1e-4, Qx=5.0, delta_z=8e-3, work=1e-5, work_total=1e-5)
+LATE_ONE = summary(contact_radius=0.30, delta_x=6e-4, Qx=30.0, delta_z=9e-3, work=3e-5, work_total=4e-5)
+
+
+def test_late_contact_may_err_by_a_part_of_what_the_increment_moves() -> None:
+    errors = least(NOTHING_MISSED.after_late_contact(BEFORE, LATE_ONE), LATE_ONE)
+    assert errors["delta_x"] == pytest.approx(LATE * 0.2 * 5e-4)
+    assert errors["Qx"] == pytest.approx(LATE * 0.2 * 25.0)
+    assert (errors["work"], errors["work_total"]) == pytest.approx((LATE_ENERGY * 0.2 * 3e-5, LATE_ENERGY * 0.2 * 4e-5))
+    assert errors["stick_radius"] == pytest.approx(LATE_EDGE * 0.06)
+    assert errors["delta_z"] == errors["max_pressure"] == errors["contact_radius"] == 0.0
+
+
+def test_it_stays_in_displacements_and_energy_but_not_in_the_stick_radius() -> None:
+    missed = NOTHING_MISSED.after_late_contact(BEFORE, LATE_ONE).after(0.0)
+    errors = least(missed, LATE_ONE)
+    assert errors["delta_x"] == pytest.approx(LATE * 0.2 * 5e-4)
+    assert errors["work_total"] > 0.0
+    assert errors["stick_radius"] == 0.0
+
+
+@pytest.mark.parametrize(("before", "after"), [(0.0, 0.3), (0.3, 0.3), (0.3, 0.2)])
+def test_no_contact_is_late_in_a_first_one_or_one_that_does_not_grow(before: float, after: float) -> None:
+    now = replace(LATE_ONE, contact_radius=after)
+    missed = NOTHING_MISSED.after_late_contact(replace(BEFORE, contact_radius=before), now)
+    assert not any(least(missed, now).values())
+
+
+def test_the_largest_unseen_middle_stays() -> None:
+    missed = NOTHING_MISSED.after(2e-5).after(1e-5)
+    errors = least(missed, LATE_ONE)
+    assert errors["delta_x"] == errors["delta_y"] == 2e-5
+
+
+def test_the_middle_is_unseen_where_unlike_bodies_are_tilted_and_slip_in_all_cells() -> None:
+    path = [{"P": 400.0}]
+    unlike, like = (
+        LeastErrors.of(set_up(build(bodies=bodies, friction=0.02, grid={"points": 32, "size": 0.9}, load_path=path)))
+        for bodies in (DISSIMILAR, SIMILAR)
+    )
+    tilted = summary(contact_radius=0.3, delta_z=9e-3, phi_y=1e-3, phi_x=0.0, max_pressure=2000.0)
+    materials = unlike.model.compliances
+    stretched = abs(materials.dundurs_constant) * 2000.0 / materials.contact_modulus * unlike.side
+    assert unlike.unseen_middle(tilted) == pytest.approx(STRETCH * stretched)
+    assert unlike.unseen_middle(replace(tilted, phi_y=0.0)) == 0.0
+    assert like.unseen_middle(tilted) == 0.0
+    sticking = LeastErrors.of(
+        set_up(build(bodies=DISSIMILAR, friction=1.0, grid={"points": 32, "size": 0.9}, load_path=path))
+    )
+    assert sticking.unseen_middle(tilted) == 0.0
