@@ -252,21 +252,32 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
     run's increments, but for rounding, since only so the errors of all of them grow by one factor.
     """
     counts = setup.load_path.counts
+    third, half = unslipping_counts(counts)
     if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
-        return CoarseCounts(counts, None, counts)
+        return CoarseCounts(third, None, half)
     slipping = list(compress(counts, slips))
-    third = half = counts
+    of_third = of_half = counts
     if min(slipping) >= MANY:
-        other = half = where(slips, [-(-count // 4) for count in counts], counts)
-        third = where(slips, [2 * count for count in other], counts)
+        other = of_half = tuple(-(-count // 4) for count in counts)
+        of_third = tuple(2 * count for count in other)
     elif min(slipping) >= FEW:
-        other = half = where(slips, [-(-count // 2) for count in counts], counts)
+        other = of_half = tuple(-(-count // 2) for count in counts)
     else:
         other = tuple(2 * count for count in counts)
         if not any(count % 2 for count in slipping):
-            half = where(slips, [count // 2 for count in counts], counts)
+            of_half = tuple(count // 2 for count in counts)
     # until something slips, one increment leads to the same state as many
-    return CoarseCounts(third, where(slips, other, [1] * len(other)), half)
+    other = where(slips, other, [1] * len(other))
+    return CoarseCounts(where(slips, of_third, third), other, where(slips, of_half, half))
+
+
+def unslipping_counts(counts: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the increments, on a third and on half of the points, of stages in which nothing depends on their number.
+
+    Differences of grids are interpolated between the increments that all runs share.
+    """
+    third = tuple(count if count % 4 else count // 2 for count in counts)
+    return third, tuple(count if count % 2 else count // 2 for count in third)
 
 
 def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> tuple[int, ...]:

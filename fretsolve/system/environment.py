@@ -80,8 +80,14 @@ def compiler_installed() -> bool:
 
 
 def compiler_asked() -> bool | None:
-    """Return whether to use numba by the environment's `FRETSOLVE_NUMBA`, 0 or 1; None if that does not decide it."""
-    return {"0": False, "1": True}.get(os.environ.get("FRETSOLVE_NUMBA", ""))
+    """Return whether to use numba by the environment's `FRETSOLVE_NUMBA`, None if it is not set or empty.
+
+    Raises CaseError if it is neither 0 nor 1.
+    """
+    asked = os.environ.get("FRETSOLVE_NUMBA", "")
+    if asked not in ("", "0", "1"):
+        raise CaseError(f"the environment's FRETSOLVE_NUMBA is {asked!r}; 0 never uses numba, 1 always does")
+    return None if not asked else asked == "1"
 
 
 def how_to_install(extra: str) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from fretsolve import load_case
+from fretsolve.errors import CaseError
 from fretsolve.setup import kernel_choice
 from fretsolve.setup.problem_setup import set_up
 
@@ -45,6 +46,13 @@ def test_friction_and_coupling_add_work(installed):
 def test_the_environment_decides_if_it_says_so(installed, monkeypatch, asked, expected):
     monkeypatch.setenv("FRETSOLVE_NUMBA", asked)
     assert [compiled("grid.points=32"), compiled("grid.points=256")] == [expected, expected]
+
+
+@pytest.mark.parametrize("asked", ["yes", "2", "true", " 1"])
+def test_the_environment_must_say_0_or_1(installed, monkeypatch, asked):
+    monkeypatch.setenv("FRETSOLVE_NUMBA", asked)
+    with pytest.raises(CaseError, match=f"FRETSOLVE_NUMBA is '{asked}'; 0 never uses numba, 1 always does"):
+        compiled("grid.points=32")
 
 
 def test_without_numba_nothing_is_compiled(installed, monkeypatch):
