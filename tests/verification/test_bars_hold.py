@@ -637,7 +637,7 @@ def test_bars_hold_the_ridges_and_facets_of_a_coarse_map(
 
 
 def test_corrected_values_are_of_second_order() -> None:
-    """In mode I.3 errors fall like 1/m as run, and faster corrected."""
+    """In mode I.3 errors fall like 1/m as run, and faster corrected; 6 gain least, whose quarter is rounded up to 2."""
 
     def end(increments: int) -> tuple[Summary, SummaryErrors]:
         path = [{"P": 400.0}, {"Qx": 36.0}]
@@ -645,7 +645,7 @@ def test_corrected_values_are_of_second_order() -> None:
         return ends_of_stages(build(bodies=DISSIMILAR, grid={"points": 48}, load_path=stages))[2]
 
     rows = {increments: end(increments) for increments in (3, 6, 12, 24)}
-    for name, gain in (("delta_x", 4.0), ("work_total", 3.0)):
+    for name, gain in (("delta_x", (4.0, 3.0, 4.0)), ("work_total", (3.0, 3.0, 3.0))):
         limit = getattr(rows[24][1], f"{name}_corrected")
         raw = np.array([abs(getattr(rows[m][0], name) - limit) for m in (3, 6, 12)])
         corrected = np.array([abs(getattr(rows[m][1], f"{name}_corrected") - limit) for m in (3, 6, 12)])
