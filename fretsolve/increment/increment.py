@@ -24,7 +24,6 @@ from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
 from fretsolve.system.arrays import BoolArray, FloatArray
-from fretsolve.system.environment import return_freed_memory
 
 SOLVER_TOLERANCE_SHARE = 0.3
 """Tolerance of the solvers over that of the case: their residuals and those of the certificate differ a little."""
@@ -169,7 +168,6 @@ class IncrementSolver:
         if self._large:
             level.release()
             self.team.release()
-            return_freed_memory()
 
     def _region_for(self, expected: BoolArray, free: int) -> tuple[ActiveRegion, StaggeredIteration]:
         """Return a region that holds the expected contact, and the staggered iteration on it.
@@ -244,7 +242,6 @@ class IncrementSolver:
         previous = displacement - self._moved(start, work) if self._single else start.displacement
         if self._large:
             self.team.release()
-            return_freed_memory()
         motion = work.rigid - start.rigid
         mismatch = start.largest_mismatch(work.pressure)
         tractions = work.pressure, work.shear

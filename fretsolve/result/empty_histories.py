@@ -18,21 +18,24 @@ from fretsolve.system.atomic_files import HDF5_VERSIONS
 
 
 class EmptyHistories:
-    """Keeps the file of the last empty history, since most cases of a sweep have the same columns and increments."""
+    """Keeps the file of the last empty history, since most cases of a sweep have the same columns and increments.
+
+    It is made when they come a second time: where they differ from case to case, it would take more than it saves.
+    """
 
     def __init__(self) -> None:
         self._key: Any = None
         self._file = b""
 
     def file(self, columns: Sequence[Quantity], increments: int) -> bytes:
-        """Return the bytes of an HDF5 file with the columns of a history, all 0; empty where a column is too long.
+        """Return the bytes of an HDF5 file with the columns of a history, all 0; empty where there is none.
 
-        A long column is compressed: space for its values would be taken twice.
+        There is none of long columns, which are compressed: space for their values would be taken twice.
         """
-        if not all(is_short(column, increments) for column in columns):
-            return b""
         if self._key != (key := (*columns, increments)):
-            self._key, self._file = key, _empty_history(columns, increments)
+            self._key, self._file = key, b""
+        elif not self._file and all(is_short(column, increments) for column in columns):
+            self._file = _empty_history(columns, increments)
         return self._file
 
 

@@ -109,9 +109,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
         unsaved. advice: how to go on, for the message if nothing more can be saved. shared: a new result begins with
         the longest of these files that is there, and writes those that are not. empty: histories that results of many
-        cases begin with. Raises CaseError if `out` or its parts
-        exist and neither option is given, FileError if they belong to another run or are damaged, if another run writes
-        them, or if the folder cannot be written.
+        cases begin with. Raises CaseError if `out` or its parts exist and neither option is given, FileError if they
+        belong to another run or are damaged, if another run writes them, or if the folder cannot be written.
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")

@@ -21,8 +21,8 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.least_errors import UNSHEARED, LeastErrors
-from fretsolve.simulation.missed_motion import NOTHING_MISSED
+from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.missed_motion import EARLY_EDGE, NOTHING_MISSED
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
@@ -73,6 +73,16 @@ def pressed_at_once(setup: ProblemSetup) -> bool:
     )
 
 
+def frictions_of(setup: ProblemSetup) -> list[float]:
+    """Return the coefficient of friction in each stage, an estimate where it varies by place or with slip."""
+    own = setup.case.friction.coefficient
+    friction, found = own if isinstance(own, float) else setup.model.friction, []
+    for stage in setup.case.stages():
+        friction = dict(stage.targets).get("friction", friction)
+        found.append(friction)
+    return found
+
+
 def run_with_error_bars(
     case: Case | ProblemSetup,
     start: State | None = None,
@@ -105,7 +115,7 @@ class ErrorBars:
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
-        self._at_once = pressed_at_once(setup)
+        self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -153,13 +163,17 @@ class ErrorBars:
         count = self._setup.load_path.counts[summary.stage - 1]
         thin = self._least_errors.thin_slip(summary, count)
         self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed, thin)
-        self._missed = self._missed.after(self._least_errors.unseen_middle(summary))
-        if count == 1 and self._shear_path.last > UNSHEARED and len(self._summaries) > 1:
-            self._missed = self._missed.after_late_contact(*self._summaries[-2:])
+        step = summary.step + 1
+        early = self._setup.model.coupled and step < count and summary.stage == 1
+        edge = EARLY_EDGE * summary.contact_radius / step**2 if early else 0.0
+        self._missed = self._missed.after(self._least_errors.unseen_middle(summary), edge)
+        if count == 1 and summary.contact_radius:
+            before = self._summaries[-2] if len(self._summaries) > 1 else None
+            self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1])
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
-        limit, shear_limit = self._setup.model.friction * summary.P, self._setup.case.friction.shear_limit
+        limit, shear_limit = self._frictions[summary.stage - 1] * summary.P, self._setup.case.friction.shear_limit
         return limit if shear_limit is None else min(limit, shear_limit * summary.contact_area)
 
     def _follow(self, path: LoadPath) -> None:

@@ -105,7 +105,7 @@ THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
 its width, which counts as THINNEST_SLIP h at least."""
 
 STRETCH, UNTILTED = 0.15, 1e-3
-"""Least error of the displacements of unlike bodies that are tilted and slip in all cells, over beta p h/E*; and the
+"""Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
 tilt times the contact radius over the approach from which on they count as tilted."""
 
 UNSHEARED = 1e-3
@@ -172,7 +172,7 @@ class LeastErrors:
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
         self._put_zones(least, summary, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, ratio, shear_path)
-        self._add_moments(least, summary, largest, ratio)
+        self._add_moments_and_tilts(least, summary, largest, ratio)
         if self.sharp and radius:
             self._add_sharp_outline(least, largest, outline / radius)
         if summary.max_pressure:
@@ -193,8 +193,8 @@ class LeastErrors:
         least += unseen.at_sharp_edges(state, shear_path.largest) * ways * np.array([part, 1.0])
         return least
 
-    def _add_moments(self, least: DoubleArray, summary: Summary, largest: DoubleArray, ratio: float) -> None:
-        """Add what sums of tractions of opposite effect miss; ratio: side over contact radius."""
+    def _add_moments_and_tilts(self, least: DoubleArray, summary: Summary, largest: DoubleArray, ratio: float) -> None:
+        """Add what sums of tractions of opposite effect miss, and tilts by them; ratio: side over contact radius."""
         arm = ratio**FLOOR_ORDER * summary.contact_radius
         opposite = MOMENT_ENDS if self.ends else MOMENT
         shear = float(np.hypot(largest[QX], largest[QY]))
@@ -282,9 +282,10 @@ class LeastErrors:
         return self.model.friction * abs(self.model.compliances.dundurs_constant) * rise * summary.max_pressure
 
     def unseen_middle(self, summary: Summary) -> float:
-        """Return the least error (mm) of the displacements where unlike bodies that are tilted slip in all cells.
+        """Return the least error (mm) of the displacements of unlike bodies that are tilted, or 0.
 
-        Within the cell that the slip points to, their surfaces stretch by some beta p/E* against each other.
+        It is there where their stick zone (Spence) fits into a cell, in which their surfaces stretch by some beta p/E*
+        against each other.
         """
         tilt = math.hypot(summary.phi_x, summary.phi_y) * summary.contact_radius
         stick = spence_ratio(self.model) * summary.contact_radius

@@ -4,12 +4,13 @@ Where one increment presses and shears a contact, cells that come into contact l
 may slip although cells that are pressed and sheared little by little would stick. Coarse grids have no such cells where
 the contact grows by less than a cell.
 
-Unlike bodies that are pressed and tilted slip towards a stick zone beside the middle. Where no cell sees it, all of
-them slip, and their displacement is known to what the surfaces stretch within a cell.
+Unlike bodies that are pressed and tilted slip towards a stick zone beside the middle. Where it fits into a cell, their
+displacement is known to what the surfaces stretch within that, then and later.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,13 +18,18 @@ import numpy as np
 from fretsolve.case.history import TANGENTIAL
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.simulation.coarse_runs import values_of
+from fretsolve.simulation.least_errors import UNSHEARED
 from fretsolve.simulation.quantity_estimates import DELTA_X, DELTA_Y, STICK, TOTAL, WORK
 from fretsolve.system.arrays import DoubleArray
 
-LATE, LATE_ENERGY, LATE_EDGE = 0.2, 2.0, 0.5
+LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
 """Least errors by late contact: of what the increment changes, over the part of the contact radius that it adds; the
-relative one of the energy dissipated in it and later, over that part, 1 at most; and that of its stick radius over what
-it adds to the contact radius."""
+relative one of the energy dissipated in it and later, over that part, 1 at most; and those of its stick radius, and of
+later ones, over what it adds to the contact radius."""
+
+EARLY_EDGE = 0.3
+"""Least error of the stick radius in the first stage, over the contact radius, after one increment between unlike
+bodies. After k increments it is that over k squared."""
 
 MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 """Which of `ESTIMATED` are tangential."""
@@ -31,35 +37,50 @@ MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 
 @dataclass(frozen=True, eq=False)
 class MissedMotion:
-    """late: least errors by late contact so far, in the order of `ESTIMATED`; energy: relative one of the dissipated
-    energy; edge: least error of the last stick radius (mm); middle: of displacements between unlike bodies whose stick
-    zone no cell has seen (mm).
+    """The least errors so far.
+
+    late: largest ones by late contact, in the order of `ESTIMATED`; energy: relative one of what has been dissipated
+    beyond `before` (mJ); edge, later_edge: those of the last stick radius and of all later ones (mm); middle: that of
+    displacements between unlike bodies whose stick zone no cell has seen (mm).
     """
 
     late: DoubleArray
     energy: float = 0.0
+    before: float = 0.0
     edge: float = 0.0
+    later_edge: float = 0.0
     middle: float = 0.0
 
-    def after_late_contact(self, before: Summary, now: Summary) -> MissedMotion:
-        """Add those of an increment that presses and shears, `now`, and is alone in its stage."""
-        added = now.contact_radius - before.contact_radius
-        if not (before.contact_radius and added > 0.0):
+    def after(self, middle: float, edge: float = 0.0) -> MissedMotion:
+        """Return them after an increment; middle, edge: its least errors of the displacements and the stick radius."""
+        return replace(self, edge=max(edge, self.later_edge), middle=max(self.middle, middle))
+
+    def after_late_contact(self, before: Summary | None, now: Summary, friction: float) -> MissedMotion:
+        """Add those of an increment that is alone in its stage, if it presses and shears; before: None for the first.
+
+        Where nothing touched before, all contact is late.
+        """
+        loads = (0.0, 0.0, 0.0) if before is None else (before.Qx, before.Qy, before.Mz)
+        moves = math.dist((now.Qx, now.Qy, now.Mz / now.contact_radius), (*loads[:2], loads[2] / now.contact_radius))
+        added = now.contact_radius - (0.0 if before is None else before.contact_radius)
+        if not (added > 0.0 and moves > UNSHEARED * friction * now.P):
             return self
         grown = added / now.contact_radius
-        late = self.late + LATE * grown * np.abs(values_of(now) - values_of(before)) * MOVED
-        energy = max(self.energy, min(LATE_ENERGY * grown, 1.0))
-        return replace(self, late=late, energy=energy, edge=LATE_EDGE * added)
-
-    def after(self, middle: float) -> MissedMotion:
-        """Return them after an increment; middle: its least error of the displacements."""
-        return replace(self, edge=0.0, middle=max(self.middle, middle))
+        change = values_of(now) if before is None else values_of(now) - values_of(before)
+        return replace(
+            self,
+            late=np.fmax(self.late, LATE * grown * np.where(MOVED, np.abs(change), 0.0)),  # a middle may be NaN
+            energy=max(self.energy, min(LATE_ENERGY * grown, 1.0)),
+            before=self.before if self.energy or before is None else before.work_total,
+            edge=max(self.edge, LATE_EDGE * added),
+            later_edge=max(self.later_edge, LATER_EDGE * added),
+        )
 
     def add_to(self, least: DoubleArray, summary: Summary) -> None:
         """Add them to the `least` errors of `ESTIMATED`."""
         least += self.late
         least[[DELTA_X, DELTA_Y]] += self.middle
-        least[[WORK, TOTAL]] += self.energy * np.array([summary.work, summary.work_total])
+        least[[WORK, TOTAL]] += self.energy * np.array([summary.work, summary.work_total - self.before])
         least[STICK] += self.edge
 
 

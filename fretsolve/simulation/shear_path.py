@@ -17,8 +17,8 @@ class ShearPath:
 
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
     way in the last increment and in all; coarsest: the longest way of an increment over what is left of the friction
-    limit at its end; last_thin, thin: least error (mJ) of what the last increment and all
-    dissipated in annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to
+    limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in annuli that are
+    thinner than cells. A shear that slips within a rounding dissipates what it does up to
     gross slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     now: the summary of the last increment; before: that of the largest P of those before it; None where there is none.
     """

@@ -8,7 +8,7 @@ import os
 import resource
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from importlib.util import find_spec
 
@@ -47,17 +47,6 @@ def address_space() -> float:
     """Return how many bytes this process may allocate by its limits, infinity if there is none."""
     limits = (resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA))
     return min((float(limit) for limit in limits if limit != resource.RLIM_INFINITY), default=math.inf)
-
-
-def return_freed_memory() -> None:
-    """Give freed memory back to the system, where the C library can do that.
-
-    glibc keeps it in pieces that no large array fits into: at 1024 x 1024 points 60 bytes per cell of mode I.3.
-    """
-    import ctypes  # which only large grids need
-
-    with suppress(AttributeError, OSError):
-        ctypes.CDLL(None).malloc_trim(0)
 
 
 def processors() -> int:

@@ -433,6 +433,30 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {1: {"phi_y": 2.40561e-3, "delta_z": 0.054831, "contact_radius": 1.33899}},
     ),
+    "a cone tilted by a moment whose stick zone fits into a cell": (
+        {
+            "bodies": [
+                {"young_modulus": 10500.0, "poisson_ratio": 0.3},
+                {"young_modulus": 38370.21, "poisson_ratio": 0.06},
+            ],
+            "surface": {"cone": {"angle": 0.02}},
+            "friction": 0.041,
+            "grid": {"points": 36, "size": [3.148875, 3.221]},
+            "load_path": [{"P": 168.4, "My": 8.897, "increments": 24}],
+        },
+        {1: {"delta_x": 9.492e-5}},
+    ),
+    "one increment that presses and shears in proportion": (
+        {
+            "grid": {"points": 32, "size": 0.6},
+            "load_path": [
+                {"P": 100.0, "increments": 4},
+                {"Qx": 6.0, "increments": 12},
+                {"P": 200.0, "Qx": 12.0, "increments": 1},
+            ],
+        },
+        {3: {"delta_x": 3.535e-4, "stick_radius": 0.2390, "work_total": 5.9456e-5}},
+    ),
     "a sharp punch in line contact": (
         {
             "plane": "strain",
@@ -721,3 +745,26 @@ def test_the_bar_of_the_largest_pressure_holds_a_rounded_punch_in_plane_strain(e
     *_, last = run_with_error_bars(setup)
     exact = RoundedPunch(load, 0.5, edge_radius, setup.model.compliances.contact_modulus).max_pressure
     assert abs(last.summary.max_pressure - exact) <= 1.05 * last.errors.max_pressure_error
+
+
+def test_bars_hold_what_dissipates_after_a_first_increment_that_presses_and_shears() -> None:
+    """Against four times the points and 8 and 32 increments."""
+    path = [{"P": 300.0, "Qx": 60.0, "increments": 1}, {"Qx": -40.0, "increments": 4}]
+    summary, errors = ends_of_stages(build(friction=0.3, grid={"points": 28, "size": 0.684}, load_path=path))[2]
+    for name, true in {"work": 5.302e-3, "work_total": 8.038e-3, "stick_radius": 0.19096, "delta_x": -6.569e-4}.items():
+        assert abs(getattr(summary, name) - true) <= getattr(errors, f"{name}_error"), name
+
+
+def test_bars_hold_the_stick_zone_of_the_first_increments_between_unlike_bodies() -> None:
+    """The first of four increments, against four times the points and 32 increments."""
+    bodies = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.2}]
+    path = [{"P": 260.0, "increments": 4}]
+    case = build(bodies=bodies, friction=0.6, grid={"points": 26, "size": 0.6}, load_path=path)
+    first = next(run_with_error_bars(case))
+    assert first.errors is not None
+    fine = build(
+        bodies=bodies, friction=0.6, grid={"points": 104, "size": 0.6}, load_path=[{"P": 260.0, "increments": 32}]
+    )
+    true = next(state.summary for state in run(set_up(fine)) if state.summary.step == 7)
+    assert abs(first.summary.stick_radius - true.stick_radius) <= first.errors.stick_radius_error
+    assert first.errors.stick_radius_error < 0.5 * true.stick_radius

@@ -23,8 +23,8 @@ from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
-from fretsolve.simulation.coarse_runs import CoarseRun, CoarseRuns, coarser
-from fretsolve.simulation.error_bars import ErrorBars, run_with_error_bars
+from fretsolve.simulation.coarse_runs import CoarseCounts, CoarseRun, CoarseRuns, coarse_counts, coarser
+from fretsolve.simulation.error_bars import ErrorBars, frictions_of, run_with_error_bars
 from fretsolve.simulation.least_errors import UNSEEN_STICK
 from fretsolve.simulation.path_points import PathPoint, common_points
 
@@ -280,6 +280,21 @@ def test_coarse_runs_stand_for_some_with_all_increments(
         place = ESTIMATED.index(name)
         assert abs(runs.third_at(point)[place] - of_third[place]) < 0.03 * values[place], name
         assert abs(runs.half_less_third(point)[place] - (of_half - of_third)[place]) < 0.05 * values[place], name
+
+
+@pytest.mark.parametrize(
+    ("count", "third", "half"), [(1, 1, 1), (4, 2, 1), (5, 5, 5), (6, 6, 3), (8, 4, 2), (12, 6, 3)]
+)
+def test_coarse_runs_press_in_fewer_increments_where_nothing_slips(count: int, third: int, half: int) -> None:
+    pressed = coarse_counts(setup_of(load_path=[{"P": 400, "increments": count}]), (False,))
+    assert pressed == CoarseCounts((third,), None, (half,))
+    setup = setup_of(load_path=[{"P": 400, "increments": count}, {"Qx": 20, "increments": 8}])
+    assert coarse_counts(setup, (False, True)) == CoarseCounts((third, 4), (1, 2), (half, 2))
+
+
+def test_the_friction_of_a_stage_decides_what_is_left_of_its_limit() -> None:
+    path = [{"P": 400, "increments": 1}, {"friction": 0.2}, {"Qx": 20, "increments": 2}]
+    assert frictions_of(setup_of(friction=0.1, load_path=path)) == [0.1, 0.2, 0.2]
 
 
 def test_differences_of_the_energies_of_increments_add_up() -> None:
