@@ -95,7 +95,7 @@ def run_with_error_bars(
     If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
     Raises NoSolutionError if the run itself has none.
     """
-    setup = case if isinstance(case, ProblemSetup) else set_up(case)
+    setup = case if isinstance(case, ProblemSetup) else set_up(_with_room(case))
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
         errors = bars.of(state)
@@ -104,6 +104,12 @@ def run_with_error_bars(
             warn(f"no error bars from increment {state.summary.step} on: {failure}")
             warn = None
         yield replace(state, errors=errors)
+
+
+def _with_room(case: Case) -> Case:
+    """Return a case that asks for error bars, whose automatic area leaves room for the coarse runs."""
+    solver = case.solver.model_copy(update={"error_bars": True})
+    return case if case.solver.error_bars else case.model_copy(update={"solver": solver})
 
 
 class ErrorBars:

@@ -332,6 +332,19 @@ def test_energy_of_the_first_stage_is_corrected_by_its_own_order(count: int) -> 
     assert abs(few + change - many) < 0.2 * abs(few - many)
 
 
+def test_an_automatic_area_leaves_room_for_coarse_runs_in_python_too() -> None:
+    case = build(
+        bodies=["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.2}],
+        friction=0.6,
+        grid={"points": 24},
+        load_path=[{"P": 260.0, "increments": 4}, {"Qx": 109.0, "increments": 4}],
+    )
+    assert not case.solver.error_bars
+    *_, last = run_with_error_bars(case)
+    assert last.errors is not None
+    assert math.isfinite(last.errors.delta_x_error)
+
+
 def test_too_few_points_are_refused_at_their_line(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace("16", "[32, 15]") + "solver: {error_bars: true}\n")
     what = "32 x 15 are too few for error bars; 16 or more per side are needed"
