@@ -34,7 +34,7 @@ class EmptyHistories:
         """
         if self._key != (key := (*columns, increments)):
             self._key, self._file = key, b""
-        elif not self._file and all(is_short(column, increments) for column in columns):
+        elif not self._file and all(is_short(column.dtype, increments) for column in columns):
             self._file = _empty_history(columns, increments)
         return self._file
 

@@ -70,9 +70,9 @@ def fill_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
         h5d.open(group.id, quantity.name.encode()).write(h5s.ALL, h5s.ALL, np.array(values, quantity.dtype))
 
 
-def is_short(quantity: Quantity, length: int) -> bool:
-    """Return whether a column of so many numbers lies in its own header."""
-    return np.dtype(quantity.dtype).itemsize * length <= SHORT_COLUMN
+def is_short(dtype: str | np.dtype[Any], length: int) -> bool:
+    """Return whether a column of so many numbers of a type lies in its own header."""
+    return np.dtype(dtype).itemsize * length <= SHORT_COLUMN
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _storage_of(data: NDArray[Any]) -> _Storage:
 
     properties = h5p.create(h5p.DATASET_CREATE)
     properties.set_obj_track_times(False)  # equal runs give equal files
-    if data.nbytes <= SHORT_COLUMN:
+    if is_short(data.dtype, len(data)):
         properties.set_layout(h5d.COMPACT)
     else:
         properties.set_chunk(data.shape)

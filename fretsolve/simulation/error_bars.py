@@ -22,7 +22,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
 from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.missed_motion import EARLY_EDGE, NOTHING_MISSED
+from fretsolve.simulation.missed_motion import NOTHING_MISSED
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
@@ -169,10 +169,8 @@ class ErrorBars:
         count = self._setup.load_path.counts[summary.stage - 1]
         thin = self._least_errors.thin_slip(summary, count)
         self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed, thin)
-        step = summary.step + 1
-        early = self._setup.model.coupled and step < count and summary.stage == 1
-        edge = EARLY_EDGE * summary.contact_radius / step**2 if early else 0.0
-        self._missed = self._missed.after(self._least_errors.unseen_middle(summary), edge)
+        middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary, count)
+        self._missed = self._missed.after(middle, edge)
         if count == 1 and summary.contact_radius:
             before = self._summaries[-2] if len(self._summaries) > 1 else None
             self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1])

@@ -108,6 +108,10 @@ STRETCH, UNTILTED = 0.15, 1e-3
 """Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
 tilt times the contact radius over the approach from which on they count as tilted."""
 
+EARLY_EDGE = 0.3
+"""Least error of the stick radius in the first stage, over the contact radius, after one increment between unlike
+bodies. After k increments it is that over k squared."""
+
 UNSHEARED = 1e-3
 """Part of the friction limit below which a load is one of pressing alone."""
 
@@ -293,6 +297,16 @@ class LeastErrors:
             return 0.0
         mismatch = abs(self.model.compliances.dundurs_constant) / self.model.compliances.contact_modulus
         return STRETCH * mismatch * summary.max_pressure * self.side
+
+    def early_edge(self, summary: Summary, count: int) -> float:
+        """Return the least error (mm) of the stick radius in the first stage of unlike bodies, but at its end, or 0.
+
+        count: number of increments of the stage.
+        """
+        made = summary.step + 1
+        if not self.model.coupled or summary.stage > 1 or made == count:
+            return 0.0
+        return EARLY_EDGE * summary.contact_radius / made**2
 
     def thin_slip(self, summary: Summary, count: int) -> float:
         """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0.

@@ -19,17 +19,13 @@ from fretsolve.case.history import TANGENTIAL
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.simulation.coarse_runs import values_of
 from fretsolve.simulation.least_errors import UNSHEARED
-from fretsolve.simulation.quantity_estimates import DELTA_X, DELTA_Y, STICK, TOTAL, WORK
+from fretsolve.simulation.quantity_estimates import CONTACT, DELTA_X, DELTA_Y, MZ, QX, QY, STICK, TOTAL, WORK
 from fretsolve.system.arrays import DoubleArray
 
 LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
 """Least errors by late contact: of what the increment changes, over the part of the contact radius that it adds; the
 relative one of the energy dissipated in it and later, over that part, 1 at most; and those of its stick radius, and of
 later ones, over what it adds to the contact radius."""
-
-EARLY_EDGE = 0.3
-"""Least error of the stick radius in the first stage, over the contact radius, after one increment between unlike
-bodies. After k increments it is that over k squared."""
 
 MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 """Which of `ESTIMATED` are tangential."""
@@ -60,13 +56,11 @@ class MissedMotion:
 
         Where nothing touched before, all contact is late.
         """
-        loads = (0.0, 0.0, 0.0) if before is None else (before.Qx, before.Qy, before.Mz)
-        moves = math.dist((now.Qx, now.Qy, now.Mz / now.contact_radius), (*loads[:2], loads[2] / now.contact_radius))
-        added = now.contact_radius - (0.0 if before is None else before.contact_radius)
-        if not (added > 0.0 and moves > UNSHEARED * friction * now.P):
+        change = values_of(now) - (0.0 if before is None else values_of(before))
+        added, sheared = float(change[CONTACT]), math.hypot(*change[[QX, QY]], change[MZ] / now.contact_radius)
+        if not (added > 0.0 and sheared > UNSHEARED * friction * now.P):
             return self
         grown = added / now.contact_radius
-        change = values_of(now) if before is None else values_of(now) - values_of(before)
         return replace(
             self,
             late=np.fmax(self.late, LATE * grown * np.where(MOVED, np.abs(change), 0.0)),  # a middle may be NaN
