@@ -98,10 +98,10 @@ def case_of(load_path: str, *, bodies: str = SIMILAR, points: int = 32, surface:
 LONG = "title: long\n" + case_of(
     "{P: 400 N, increments: 10}, {cycle: {times: 2, stages: [{Qx: 20 N, increments: 8}, {Qx: -20 N, increments: 8}]}}",
     bodies=DISSIMILAR,
-    points=25,
+    points=112,
     more="output: {fields: [pressure, slip, gap], every: 7}\n",
 )
-"""A case of 42 increments, each some tens of milliseconds long, which depend on all of a restart's fields."""
+"""A case of 42 increments, which take several times the pause between saves and depend on all of a restart's fields."""
 
 DRAWN = {
     "fretting": f'title: "{DRAWN_TITLE}"\n'

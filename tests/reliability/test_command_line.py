@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -110,28 +111,30 @@ def test_second_run_on_the_same_output_is_refused(case: Path) -> None:
     assert messages.endswith("a stopped run is there: --resume goes on with it, --overwrite starts anew\n")
 
 
-def limit_file_size() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+def file_size_limit(size: int) -> Callable[[], None]:
+    """Return what a process calls at its start to write no file longer than `size` bytes."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-def test_full_disk(case: Path, uninterrupted: Path) -> None:
-    code, output, messages = finish("run", case, preexec_fn=limit_file_size)
+def test_full_disk(tmp_path: Path) -> None:
+    """It is full after some increments, each of which takes 0.2 to 0.3 MB: fewer at once than the limit holds."""
+    case = write_case(tmp_path, LONG.replace("every: 7", "every: 1"))
+    code, output, messages = finish("run", case, preexec_fn=file_size_limit(3_000_000))
     assert code == 4
     assert messages.count("\n") == 1
     match = re.search(r"File too large; (\d+) of (\d+) increments are kept, --resume goes on\n$", messages)
     assert match
-    out = case.with_suffix(".h5")
+    out, uninterrupted = case.with_suffix(".h5"), tmp_path / "uninterrupted.h5"
     assert 0 < saved_steps(output)[-1] + 1 <= readable(out) < INCREMENTS
-    assert readable(out) == int(match[1]) < int(match[2]) <= INCREMENTS
+    assert readable(out) == int(match[1]) <= int(match[2]) <= INCREMENTS
     assert finish("run", case, "--resume", "-q") == (0, "", "")
+    assert finish("run", case, "-o", uninterrupted, "-q") == (0, "", "")
     assert_same_result(out, uninterrupted)
 
 
 @pytest.mark.parametrize("resume", [(), ("--resume",)])
 def test_a_disk_that_has_no_room_for_one_increment(case: Path, resume: tuple[str, ...]) -> None:
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000))
-
+    limit = file_size_limit(10_000)
     code, _, messages = finish("run", case, "--set", "grid.points=32", *resume, preexec_fn=limit)
     assert (code, messages.count("\n")) == (4, 1)
     assert messages.endswith("cannot save the increment: File too large; no increment is saved\n")
@@ -139,7 +142,7 @@ def test_a_disk_that_has_no_room_for_one_increment(case: Path, resume: tuple[str
 
 
 def test_a_new_case_on_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    code, _, messages = finish("new", "rough", "-o", tmp_path / "x.yaml", preexec_fn=limit_file_size)
+    code, _, messages = finish("new", "rough", "-o", tmp_path / "x.yaml", preexec_fn=file_size_limit(60_000))
     assert (code, messages.count("\n")) == (4, 1)
     assert list(tmp_path.iterdir()) == []
 
