@@ -9,6 +9,7 @@ from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, RADIUS, A, solve
 from fretsolve.model.grid import Grid
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import Zone
+from fretsolve.simulation import slip_and_work
 from fretsolve.simulation.slip_and_work import mean_pressure, share_in_contact, slipped_apart
 
 GRID = Grid.from_size((301, 301), (0.75, 0.75), (0.0, 0.0))
@@ -80,6 +81,19 @@ def test_a_cell_that_parts_slips_where_the_edge_that_leaves_it_does():
     slipped = slipped_apart(parted, zone, np.zeros(zone.shape, bool))
     assert slipped[:2].all()
     assert not slipped[2:].any()
+
+
+def test_a_tree_finds_cells_as_near_as_comparisons_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    choice = np.random.default_rng(1)
+    places, cells = choice.integers(0, 4096, (300, 2)), choice.integers(0, 4096, (2000, 2))
+
+    def distance(nearest):
+        return np.square(places - cells[nearest]).sum(axis=1)
+
+    compared = distance(slip_and_work.nearest(places, cells))
+    monkeypatch.setattr(slip_and_work, "FEW_PAIRS", 0)
+    assert (compared == distance(slip_and_work.nearest(places, cells))).all()
+    assert (compared <= distance(np.zeros(len(places), int))).all()
 
 
 def test_where_no_contact_is_left_cells_slip_that_slipped_before():
