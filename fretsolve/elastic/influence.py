@@ -24,7 +24,6 @@ import numpy as np
 
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels.on_grid import parts_of
 from fretsolve.model.materials import Compliances
 from fretsolve.system.arrays import DoubleArray
 
@@ -135,13 +134,12 @@ def influence_coefficients(
     }
     total = np.zeros(shape)
 
-    def add_rows(_: int, part: tuple[int, int]) -> None:
-        rows = slice(*part)
+    def add(rows: slice) -> None:
         for factor, integral in terms[name]:
             if factor:
                 total[rows] += factor * integral(x[rows], y, *spacing)
 
-    (team or ThreadTeam()).share(add_rows, parts_of(shape))
+    (team or ThreadTeam()).of_rows(shape, add)
     return total
 
 

@@ -13,11 +13,13 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.kernels import NUMPY, Kernels
+from fretsolve.kernels.on_grid import parts_of
 
 ALIGNMENT = 64
 """Bytes of a cache line and of the longest vector instructions."""
 
 Item = TypeVar("Item")
+Found = TypeVar("Found")
 
 
 class _Ended:
@@ -102,6 +104,21 @@ class ThreadTeam:
                 raise errors[0]
         finally:
             del errors, ended  # else the error would hold this call, and with it the fields of `work`
+
+    def of_rows(self, shape: tuple[int, int], compute: Callable[[slice], Found]) -> list[Found]:
+        """Return what `compute` returns for parts of the rows of a grid, in their order.
+
+        The parts are the same for each number of threads. On a large grid they fit into the cache, which pays for one
+        thread as well.
+        """
+        parts = parts_of(shape)
+        results: list[Any] = [None] * len(parts)
+
+        def keep(_: int, number: int) -> None:
+            results[number] = compute(slice(*parts[number]))
+
+        self.share(keep, range(len(parts)))
+        return results
 
     def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[NDArray[Any]]:
         """Return `count` arrays that are valid until the next call. They are not cleared."""

@@ -19,7 +19,6 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
-from fretsolve.kernels.on_grid import parts_of
 from fretsolve.model.grid import HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
@@ -112,16 +111,15 @@ class MirroredIncrementSolver(IncrementSolver):
             components = [(half, wholes[-1])] if half.ndim == 2 else list(zip(half, wholes[-1], strict=True))
             copies += [(*pair, odd == 1) for odd, pair in enumerate(components)]
 
-        def copy(_: int, part: tuple[NDArray[Any], NDArray[Any], bool, slice]) -> None:
-            half, whole, odd, rows = part
-            whole[rows, columns:] = half[rows]
-            if odd:
-                np.subtract(0.0, half[rows, ::-1], out=whole[rows, :columns])  # 0 stays 0
-            else:
-                whole[rows, :columns] = half[rows, ::-1]
+        def copy(rows: slice) -> None:
+            for half, whole, odd in copies:
+                whole[rows, columns:] = half[rows]
+                if odd:
+                    np.subtract(0.0, half[rows, ::-1], out=whole[rows, :columns])  # 0 stays 0
+                else:
+                    whole[rows, :columns] = half[rows, ::-1]
 
-        rows = [slice(*part) for part in parts_of(self.grid.shape)]
-        self._half.team.share(copy, [(*one, part) for one in copies for part in rows])
+        self._half.team.of_rows(self.grid.shape, copy)
         return wholes
 
 

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import Solved
 from fretsolve.result.state import Fields, Zone, nothing
@@ -22,12 +23,14 @@ def unloaded(separation: FloatArray) -> tuple[Fields, FloatArray]:
     return Fields(scalar, vector, vector, scalar, scalar, np.zeros(separation.shape, np.uint8), gap), vector
 
 
-def fields_of(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[Fields, FloatArray, float]:
-    """Return fields and displacement after an increment, and the energy dissipated in it."""
+def fields_of(
+    solved: Solved, before: Fields, setup: ProblemSetup, team: ThreadTeam
+) -> tuple[Fields, FloatArray, float]:
+    """Return fields and displacement after an increment, and the energy dissipated in it; team: shares a large grid."""
     solution, evidence = solved.solution, solved.evidence
     slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
     if setup.model.may_slip:
-        slip_path, work_density, work = _accumulate(solved, before, setup)
+        slip_path, work_density, work = _accumulate(solved, before, setup, team)
     kept = partial(_kept, precision=precision_of(setup))
     friction, bound = _friction_fields(solution, setup)
     fields = Fields(
@@ -79,24 +82,31 @@ def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
     return field.astype(precision, copy=False)
 
 
-def _accumulate(solved: Solved, before: Fields, setup: ProblemSetup) -> tuple[FloatArray, FloatArray, float]:
+def _accumulate(
+    solved: Solved, before: Fields, setup: ProblemSetup, team: ThreadTeam
+) -> tuple[FloatArray, FloatArray, float]:
     """Return the slip path and the dissipated energy per area since the start, and the increment's dissipated energy.
 
     Turns the slip of the increment in `solved` into the slip since the start, in place.
     """
     solution, evidence = solved.solution, solved.evidence
-    slip = evidence.slip
-    modulus = setup.model.compliances.contact_modulus
+    slip, friction, bound = evidence.slip, setup.model.friction, solution.friction
+    modulus, orthotropy = setup.model.compliances.contact_modulus, setup.model.orthotropy
     parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
-    slip_path = vector_lengths(slip)
-    mean, bound = mean_pressure(before.pressure, solution.pressure), solution.friction
-    work_density = setup.model.friction * mean if bound is None else bound.limit(mean)
-    orthotropy = setup.model.orthotropy
-    work_density *= slip_path if orthotropy is None else vector_lengths(orthotropy.times(slip))
-    # The slip of a sticking cell is the certificate's residual, not slip.
-    work_density *= (evidence.zone == Zone.SLIP) | parted
-    work = float(work_density.sum()) * setup.grid.cell_area
-    slip += before.slip
-    slip_path += before.slip_path
-    work_density += before.work_density
+    slip_path, work_density = np.empty(parted.shape), np.empty(parted.shape)
+
+    def accumulate(rows: slice) -> float:
+        """Fill some rows, and return the sum of their energy per area in the increment."""
+        moved, mean = slip[:, rows], mean_pressure(before.pressure[rows], solution.pressure[rows])
+        length = vector_lengths(moved)
+        energy = friction * mean if bound is None else bound.part(rows).limit(mean)
+        energy *= length if orthotropy is None else vector_lengths(orthotropy.times(moved))
+        # The slip of a sticking cell is the certificate's residual, not slip.
+        energy *= (evidence.zone[rows] == Zone.SLIP) | parted[rows]
+        np.add(length, before.slip_path[rows], out=slip_path[rows])
+        np.add(energy, before.work_density[rows], out=work_density[rows])
+        moved += before.slip[:, rows]
+        return float(energy.sum())
+
+    work = sum(team.of_rows(parted.shape, accumulate)) * setup.grid.cell_area
     return slip_path, work_density, work

@@ -13,6 +13,7 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
+from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
@@ -78,6 +79,7 @@ def states_of(
     """
     separation = setup.separation()
     contact = _contact(setup, increment_solver(setup, separation, threads))
+    team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     change = start.change if start is not None else None
@@ -114,8 +116,9 @@ def states_of(
         trend = change = None  # before the arrays of the new state are made
         begin = replace(begin, trend=None)
         last = fields
-        fields, displacement, work = fields_of(solved, last, setup)
-        change = _change(begin, solved) if _has_trend(setup, path, step + 1, saved=measured is None) else None
+        fields, displacement, work = fields_of(solved, last, setup, team)
+        has_trend = _has_trend(setup, path, step + 1, saved=measured is None)
+        change = _change(begin, solved, team) if has_trend else None
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
@@ -214,19 +217,25 @@ def _rigid(summaries: Sequence[Summary]) -> Vector:
     return np.array([getattr(summaries[-1], name) for name in RIGID]) if summaries else np.zeros(6)
 
 
-def _change(initial: InitialState, solved: Solved) -> Change:
-    """Return the change over an increment."""
-    solution = solved.solution
+def _change(initial: InitialState, solved: Solved, team: ThreadTeam) -> Change:
+    """Return the change over an increment: of tractions in single precision, computed in double."""
+    solution, pairs = solved.solution, []
 
-    def difference(after: FloatArray, before: FloatArray) -> FloatArray:
-        """Return a difference, which is computed in double precision, in single precision."""
-        return np.subtract(after, before, out=np.empty(after.shape, np.float32), casting="same_kind")
+    def room(after: FloatArray, before: FloatArray, precision: type[np.floating]) -> FloatArray:
+        """Return an array for a difference, which is computed below."""
+        pairs.append((after, before, np.empty(after.shape, precision)))
+        return pairs[-1][-1]
+
+    def subtract(rows: slice) -> None:
+        for after, before, change in pairs:
+            np.subtract(after[..., rows, :], before[..., rows, :], out=change[..., rows, :], casting="same_kind")
 
     change = Change(
-        pressure=difference(solution.pressure, initial.pressure),
-        shear=difference(solution.shear, initial.shear),
-        displacement=solution.displacement - initial.displacement,
+        pressure=room(solution.pressure, initial.pressure, np.float32),
+        shear=room(solution.shear, initial.shear, np.float32),
+        displacement=room(solution.displacement, initial.displacement, solution.displacement.dtype.type),
     )
+    team.of_rows(solution.pressure.shape, subtract)
     for array in vars(change).values():
         array.flags.writeable = False
     return change

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.elastic import influence
+from fretsolve.elastic import influence, thread_team
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.materials import Compliances
 
@@ -97,7 +97,7 @@ def test_parts_of_large_grids_are_those_of_the_whole(name, monkeypatch):
     """Corners between two parts are rounded on either side, which moves near coefficients by a few roundings."""
     problem = (name, (90, 40), (0.01, 0.013), Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6))
     whole = influence.influence_coefficients(*problem)
-    monkeypatch.setattr(influence, "parts_of", lambda shape: [(0, 7), (7, 50), (50, 90)])
+    monkeypatch.setattr(thread_team, "parts_of", lambda shape: [(0, 7), (7, 50), (50, 90)])
     in_parts = [influence.influence_coefficients(*problem, ThreadTeam(count)) for count in (1, 2)]
     np.testing.assert_array_equal(*in_parts)
     np.testing.assert_allclose(in_parts[0], whole, rtol=1e-11)

@@ -24,6 +24,16 @@ def test_every_part_is_done_once(count: int, parts: int) -> None:
     assert {member for member, _ in done} <= set(range(min(count, parts)))
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_rows_come_back_in_their_order(count: int) -> None:
+    values = np.random.default_rng(3).random((1001, 700))
+    sums = ThreadTeam(count).of_rows(values.shape, lambda rows: (rows.start, float(values[rows].sum())))
+    assert len(sums) > 2
+    assert [first for first, _ in sums] == sorted(first for first, _ in sums)
+    assert sums == ThreadTeam().of_rows(values.shape, lambda rows: (rows.start, float(values[rows].sum())))
+    assert sum(part for _, part in sums) == pytest.approx(values.sum(), rel=1e-12)
+
+
 def test_members_work_at_the_same_time() -> None:
     both = threading.Barrier(2, timeout=30.0)
     ThreadTeam(2).share(lambda member, part: both.wait() and None, range(2))  # a single thread would wait for ever
