@@ -8,7 +8,7 @@ import numpy as np
 
 from fretsolve.elastic.fftw import plan, pyfftw
 
-CACHE_BYTES = 400 * 1024
+CACHE_BYTES = 300 * 1024
 """Size of a block of lines: three or four fit into the second-level cache of a core."""
 
 LEAST_MEASURED = 2**14

@@ -117,7 +117,7 @@ class PaddedConvolution:
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..ny-1, ``(nx, ny)``."""
-        return spectrum_of(quadrant, self.padded, self._float, odd_x, odd_y)
+        return spectrum_of(quadrant, self.padded, self._float, odd_x, odd_y, self.team)
 
     def _transform_rows(self, fields: Fields, spectra: Sequence[ComplexArray], back: bool = False) -> None:
         """Transform each of the `fields` (nx, ny) along y into its spectrum (nx, my//2 + 1), or `back`."""

@@ -82,7 +82,7 @@ class MirroredConvolution:
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..2ny-1."""
-        return spectrum_of(quadrant, self.padded, self._float, odd_x, odd_y)
+        return spectrum_of(quadrant, self.padded, self._float, odd_x, odd_y, self.team)
 
     def scalar(self, kernel: KernelSpectrum, odd: bool, field: FloatArray, result: FloatArray) -> None:
         """Compute `result` from one `field`, both (nx, ny); odd: both are odd in y, as qy and uy are."""
