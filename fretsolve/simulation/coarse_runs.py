@@ -257,23 +257,21 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
     """Return the increments of the coarse runs; slips: of each stage, whether something may slip in it.
 
     Their number matters where the slip depends on the path, and where it turns. All stages have the same share of the
-    run's increments, but for rounding, since only so the errors of all of them grow by one factor. The run on half of
-    the points has the fewest: it takes the most time, and shows what the cells do, which hardly depends on increments.
-    With twice as many bars held as many of 201 random cases, and coarse runs took a sixth longer. One for eight showed
-    eight times the energy that pressing unlike bodies takes where their slip annulus is thinner than a cell.
+    run's increments, but for rounding, since only so the errors of all of them grow by one factor.
     """
     counts = setup.load_path.counts
     unslipping_third, unslipping_half = unslipping_counts(counts)
     if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
         return CoarseCounts(unslipping_third, None, unslipping_half)
     slipping = list(compress(counts, slips))
+    third = half = counts
     if min(slipping) >= MANY:
-        other = tuple(-(-count // 4) for count in counts)
+        other = half = tuple(-(-count // 4) for count in counts)
         third = tuple(2 * count for count in other)
-        half = tuple(1 + count // 8 for count in counts)
     else:
-        third, other = counts, tuple(2 * count for count in counts)
-        half = tuple(-(-count // 2) for count in counts)
+        other = tuple(2 * count for count in counts)
+        if not any(count % 2 for count in slipping):
+            half = tuple(count // 2 for count in counts)
     # until something slips, one increment leads to the same state as many
     third, half = where(slips, third, unslipping_third), where(slips, half, unslipping_half)
     return CoarseCounts(third, where(slips, other, [1] * len(other)), half)

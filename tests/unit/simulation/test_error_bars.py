@@ -69,7 +69,7 @@ def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None
 
 @pytest.mark.parametrize(
     ("count", "third", "other", "half"),
-    [(1, 1, 2, 1), (3, 3, 6, 2), (4, 2, 1, 1), (5, 4, 2, 1), (8, 4, 2, 2), (9, 6, 3, 2), (16, 8, 4, 3)],
+    [(1, 1, 2, 1), (3, 3, 6, 3), (4, 2, 1, 1), (5, 4, 2, 2), (8, 4, 2, 2), (9, 6, 3, 3)],
 )
 def test_other_increments_show_how_slip_turns(count: int, third: int, other: int, half: int) -> None:
     setup = setup_of(load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": count}])
@@ -221,7 +221,7 @@ def test_bars_go_on_where_a_run_goes_on() -> None:
         for (state, errors), (expected, bars) in zip(resumed, whole[done:], strict=True):
             assert state.summary.delta_x == expected.summary.delta_x
             for name in vars(bars).keys() - {"coarse_runs_wall_time"}:
-                np.testing.assert_equal(getattr(errors, name), getattr(bars, name), name)  # also both unknown
+                assert getattr(errors, name) == getattr(bars, name), name
 
 
 def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -236,11 +236,10 @@ def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.M
     told: list[str] = []
     rows = with_bars(setup, warn=told.append)
     assert len(rows) == 4
-    # the run on half of the points has two increments, the last of which slides
-    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, True, True]
+    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
     assert len(told) == 1
     what = "the coarse run on 8 x 8 cells has no solution: gross slip under Qx = 59 N"
-    assert told[0].startswith(f"no error bars from increment 2 on: {what}")
+    assert told[0].startswith(f"no error bars from increment 3 on: {what}")
     assert "\n" not in told[0]
 
 
@@ -261,10 +260,10 @@ def test_surface_that_the_coarse_cells_miss_leaves_unknown_bars(tmp_path: Path) 
 @pytest.mark.parametrize(
     ("counts", "third", "other", "half"),
     [
-        ((1, 8), (1, 8), (2, 16), (1, 4)),
-        ((2, 7), (2, 7), (4, 14), (1, 4)),
-        ((6, 7), (4, 4), (2, 2), (1, 1)),
-        ((12, 17), (6, 10), (3, 5), (2, 3)),
+        ((1, 8), (1, 8), (2, 16), (1, 8)),
+        ((2, 8), (2, 8), (4, 16), (1, 4)),
+        ((6, 7), (4, 4), (2, 2), (2, 2)),
+        ((12, 13), (6, 8), (3, 4), (3, 4)),
     ],
 )
 def test_coarse_runs_stand_for_some_with_all_increments(
