@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,12 +26,11 @@ class CacheBlock:
         self.backward = plan(self.target, self.source, direction="FFTW_BACKWARD", **options).execute
 
 
-@cache
-def even_parts(lines: int, bytes_per_line: int) -> tuple[slice, ...]:
+def even_parts(lines: int, bytes_per_line: int) -> list[slice]:
     """Cut `lines` into one block, or an even number of equal ones near `CACHE_BYTES`.
 
     Two threads would need as long for three blocks as for four: at 512 x 512 points a tenth of an increment.
     """
     blocks = lines * bytes_per_line / CACHE_BYTES
     share = -(-lines // (1 if blocks < 1.0 else 2 * max(1, round(0.5 * blocks))))
-    return tuple(slice(start, min(start + share, lines)) for start in range(0, lines, share))
+    return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
