@@ -108,8 +108,7 @@ class ThreadTeam:
     def of_rows(self, shape: tuple[int, int], compute: Callable[[slice], Found]) -> list[Found]:
         """Return what `compute` returns for parts of the rows of a grid, in their order.
 
-        The parts are the same for each number of threads. On a large grid they fit into the cache, which pays for one
-        thread as well.
+        The parts are the same for each number of threads.
         """
         parts = parts_of(shape)
         results: list[Any] = [None] * len(parts)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import convolve2d
 
-from fretsolve.elastic import cache_block, convolution
+from fretsolve.elastic import cache_block, convolution, kernel_spectrum
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import padded_length
+from fretsolve.elastic.thread_team import ThreadTeam
 
 SHAPES = [(8, 8), (7, 12), (1, 5), (5, 1), (13, 6)]
 PARITIES = [(False, False), (True, False), (False, True), (True, True)]
@@ -68,12 +69,25 @@ def test_blocks_do_not_matter(monkeypatch):
     shape = (24, 30)
     values, field = quadrant(shape, True, True), np.random.default_rng(3).normal(size=shape)
     results = []
-    for cache in (400 * 1024, 3000):
+    for cache in (cache_block.CACHE_BYTES, 3000):
         monkeypatch.setattr(cache_block, "CACHE_BYTES", cache)
         padded = PaddedConvolution(shape)
         kernel = padded.kernel_spectrum(values, True, True)
         results.append(convolve(padded, ((kernel,),), [field])[0])
     np.testing.assert_allclose(results[0], results[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("odd", [(False, False), (True, False), (True, True)])
+def test_spectra_in_parts_are_those_of_the_whole(odd, monkeypatch):
+    values = quadrant((23, 31), *odd)
+    results = []
+    for least in (10**9, 0):
+        monkeypatch.setattr(kernel_spectrum, "LEAST_SHARED", least)
+        results += [
+            PaddedConvolution((23, 31), team=ThreadTeam(count)).kernel_spectrum(values, *odd) for count in (1, 2)
+        ]
+    for other in results[1:]:
+        np.testing.assert_array_equal(other.values, results[0].values)
 
 
 def test_matrix_of_kernels():

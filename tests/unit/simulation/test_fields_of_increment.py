@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import build, solve
+from solving import DISSIMILAR, build, solve
 
+from fretsolve.elastic import thread_team
+from fretsolve.result.state import Zone
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.fields_of_increment import precision_of, unloaded
 
@@ -40,6 +42,20 @@ def test_states_keep_the_precision_and_cannot_be_written_to(precision, dtype):
     cell = np.prod([0.0 + side / 12 for side in set_up(build(**parts)).grid.size])
     work = (last.fields.work_density - before.fields.work_density).sum(dtype=np.float64) * cell
     assert work == pytest.approx(last.summary.work, rel=1e-4)
+
+
+def test_fields_in_parts_are_those_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction differs from part to part, and cells of each part slip, stick and open."""
+    path = [{"P": 400.0, "increments": 2}, {"Qx": 10.0, "increments": 2}, {"P": 150.0, "increments": 2}]
+    parts = {"bodies": DISSIMILAR, "grid": {"points": 17}, "friction": {"expression": "0.1 + 0.1*x"}, "load_path": path}
+    whole = solve(**parts)
+    assert (whole[-1].fields.zone[[4, 12]] == Zone.OPEN).any(axis=1).all()
+    monkeypatch.setattr(thread_team, "parts_of", lambda shape: [(0, 5), (5, 9), (9, shape[0])])
+    for found, wanted in zip(solve(**parts), whole, strict=True):
+        assert found.summary.work == pytest.approx(wanted.summary.work, rel=1e-7)
+        for name in ("slip", "slip_path", "work_density"):
+            one, other = getattr(found.fields, name), getattr(wanted.fields, name)
+            np.testing.assert_allclose(one, other, atol=1e-7 * np.abs(other).max(), err_msg=name)
 
 
 def test_friction_and_its_limit_are_kept_where_the_case_asks_for_them():

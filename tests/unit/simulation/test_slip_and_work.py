@@ -83,17 +83,16 @@ def test_a_cell_that_parts_slips_where_the_edge_that_leaves_it_does():
     assert not slipped[2:].any()
 
 
-def test_a_tree_finds_cells_as_near_as_comparisons_do(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("most", [0, 10**9], ids=["tree", "comparisons"])
+def test_no_cell_is_nearer_than_the_nearest(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where squares of distances pass 2**31, as on long lines."""
+    monkeypatch.setattr(slip_and_work, "FEW_PAIRS", most)
     choice = np.random.default_rng(1)
-    places, cells = choice.integers(0, 4096, (300, 2)), choice.integers(0, 4096, (2000, 2))
-
-    def distance(nearest):
-        return np.square(places - cells[nearest]).sum(axis=1)
-
-    compared = distance(slip_and_work.nearest(places, cells))
-    monkeypatch.setattr(slip_and_work, "FEW_PAIRS", 0)
-    assert (compared == distance(slip_and_work.nearest(places, cells))).all()
-    assert (compared <= distance(np.zeros(len(places), int))).all()
+    for side in (60, 90_000):
+        places, cells = choice.integers(0, side, (300, 2)), choice.integers(0, side, (2000, 2))
+        distances = np.square(places[:, None] - cells).sum(axis=2)
+        found = slip_and_work.nearest(places, cells)
+        np.testing.assert_array_equal(distances[np.arange(300), found], distances.min(axis=1))
 
 
 def test_where_no_contact_is_left_cells_slip_that_slipped_before():
