@@ -9,8 +9,8 @@ import numpy as np
 from fretsolve.elastic.fftw import plan, pyfftw
 
 CACHE_BYTES = 300 * 1024
-"""Size of a block of lines: three or four fit into the second-level cache of a core. With 400 KiB increments of mode I.3
-take 3 to 4 % longer on 512 x 512 and 1024 x 1024 points, and as long on 256 x 256 and 2048 x 2048."""
+"""Size of a block of lines: three or four fit into the second-level cache of a core. With 400 KiB an increment of mode
+I.3 takes 3 to 4 % longer on 512 x 512 and 1024 x 1024 points, and as long on 256 x 256 and 2048 x 2048."""
 
 LEAST_MEASURED = 2**14
 """Numbers from which plans are measured. On small grids that would take 0.3 s for each and gain a tenth."""

@@ -15,7 +15,6 @@ from fretsolve.system.arrays import FloatArray
 Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
 """A displacement and the traction that causes it: `zz` is uz from p, `xy` ux from qy and uy from qx, `xz` ux from p."""
 
-
 PARTS, LEAST_SHARED = 4, 2**17
 """Parts of a large transform that threads share, and the numbers from which it is large. Two threads gain 1 % of an
 increment on 1024 x 1024 points by it; each part takes a plan of its own, some 0.1 ms."""
