@@ -9,8 +9,8 @@ from fretsolve.kernels.numba_options import inlined
 from fretsolve.kernels.numba_options import kernel as compiled
 
 TILE = 64
-"""Rows that are transposed at a time. With 8 of them, which fill a cache line, increments on 1024 x 1024 points take 2 %
-longer."""
+"""Rows that are transposed at a time. With 8 of them, which fill a cache line, an increment on 1024 x 1024 points takes
+2 % longer."""
 
 
 @compiled
