@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.kernels import NUMPY, Kernels
-from fretsolve.kernels.on_grid import parts_of
+from fretsolve.kernels.on_grid import in_order, parts_of
 
 ALIGNMENT = 64
 """Bytes of a cache line and of the longest vector instructions."""
@@ -110,14 +110,7 @@ class ThreadTeam:
 
         The parts are the same for each number of threads.
         """
-        parts = parts_of(shape)
-        results: list[Any] = [None] * len(parts)
-
-        def keep(_: int, number: int) -> None:
-            results[number] = compute(slice(*parts[number]))
-
-        self.share(keep, range(len(parts)))
-        return results
+        return in_order(self.share, parts_of(shape), lambda first, stop: compute(slice(first, stop)))
 
     def arrays(self, count: int, shape: tuple[int, int], dtype: np.dtype[Any]) -> list[NDArray[Any]]:
         """Return `count` arrays that are valid until the next call. They are not cleared."""

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,8 @@ PART_CELLS = 2**16
 
 WHOLE = {"y", "rigid", "motions", "amplitudes"}
 """Arguments of passes that all parts take as a whole: those without cells, and what belongs to columns."""
+
+Found = TypeVar("Found")
 
 Pass = Callable[..., Any]
 Share = Callable[[Callable[[int, int], None], Sequence[int]], None]
@@ -194,18 +196,23 @@ def in_parts(module: ModuleType, kind: str, compiled: bool, parts: Sequence[tupl
         of_rows = getattr(module, name) if compiled else _of_rows(getattr(module, name))
 
         def kernel(*arguments: Any) -> Any:
-            results: list[Any] = [None] * len(parts)
-
-            def compute(member: int, number: int) -> None:
-                results[number] = of_rows(*parts[number], *arguments)
-
-            share(compute, range(len(parts)))
-            return join(results)
+            return join(in_order(share, parts, lambda first, stop: of_rows(first, stop, *arguments)))
 
         return kernel
 
     passes = SimpleNamespace(**{name: bound(name, join) for name, join in PASSES[kind].items()})
     return Steps(passes) if kind == "cg" else passes
+
+
+def in_order(share: Share, parts: Sequence[tuple[int, int]], compute: Callable[[int, int], Found]) -> list[Found]:
+    """Return what ``compute(first, stop)`` returns for each of the `parts`, which are shared, in their order."""
+    results: list[Any] = [None] * len(parts)
+
+    def keep(member: int, number: int) -> None:
+        results[number] = compute(*parts[number])
+
+    share(keep, range(len(parts)))
+    return results
 
 
 def parts_of(shape: tuple[int, int]) -> list[tuple[int, int]]:

@@ -219,22 +219,18 @@ def _rigid(summaries: Sequence[Summary]) -> Vector:
 
 def _change(initial: InitialState, solved: Solved, team: ThreadTeam) -> Change:
     """Return the change over an increment: of tractions in single precision, computed in double."""
-    solution, pairs = solved.solution, []
-
-    def room(after: FloatArray, before: FloatArray, precision: type[np.floating]) -> FloatArray:
-        """Return an array for a difference, which is computed below."""
-        pairs.append((after, before, np.empty(after.shape, precision)))
-        return pairs[-1][-1]
+    solution = solved.solution
+    change = Change(
+        pressure=np.empty(solution.pressure.shape, np.float32),
+        shear=np.empty(solution.shear.shape, np.float32),
+        displacement=np.empty(solution.displacement.shape),
+    )
 
     def subtract(rows: slice) -> None:
-        for after, before, change in pairs:
-            np.subtract(after[..., rows, :], before[..., rows, :], out=change[..., rows, :], casting="same_kind")
+        for name, found in vars(change).items():
+            after, before = getattr(solution, name), getattr(initial, name)
+            np.subtract(after[..., rows, :], before[..., rows, :], out=found[..., rows, :], casting="same_kind")
 
-    change = Change(
-        pressure=room(solution.pressure, initial.pressure, np.float32),
-        shear=room(solution.shear, initial.shear, np.float32),
-        displacement=room(solution.displacement, initial.displacement, solution.displacement.dtype.type),
-    )
     team.of_rows(solution.pressure.shape, subtract)
     for array in vars(change).values():
         array.flags.writeable = False

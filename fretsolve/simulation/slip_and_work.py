@@ -71,13 +71,11 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
 
 def nearest(places: IndexArray, cells: IndexArray) -> IndexArray:
     """Return which of the `cells` (n, 2) is nearest to each of the `places` (m, 2), (m,); one of those equally near."""
-    found: IndexArray = np.empty(len(places), np.intp)
     if len(places) * len(cells) > FEW_PAIRS:
         from scipy.spatial import cKDTree  # takes longer to import than a small case to solve
 
-        _, found = cKDTree(cells).query(places)
-        return found
-    size = max(AT_ONCE // len(cells), 1)
+        return np.asarray(cKDTree(cells).query(places)[1])
+    found, size = np.empty(len(places), np.intp), max(AT_ONCE // len(cells), 1)
     row, column = cells.T.copy()  # lying together they take half the time
     for first in range(0, len(places), size):
         part = slice(first, first + size)
