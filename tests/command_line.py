@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -77,6 +78,11 @@ def environment() -> dict[str, str]:
     """Return the environment with the package under test on the path, installed or not."""
     package = str(Path(fretsolve.__file__).parents[1])
     return {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [package, os.environ.get("PYTHONPATH")]))}
+
+
+def file_size_limit(size: int) -> Callable[[], None]:
+    """Return what a process calls at its start to write no file longer than `size` bytes."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
 def wait_for(condition: Callable[[], object], process: subprocess.Popen[str] | None = None) -> None:

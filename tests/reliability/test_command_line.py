@@ -11,11 +11,21 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from command_line import PATIENCE, assert_same_result, environment, finish, invoke, python, saved_steps, start, wait_for
+from command_line import (
+    PATIENCE,
+    assert_same_result,
+    environment,
+    file_size_limit,
+    finish,
+    invoke,
+    python,
+    saved_steps,
+    start,
+    wait_for,
+)
 from fake_states import fake_header, fake_states
 from small_cases import CASE, LONG, write_case
 from sweeping import assert_as_serial, write_sweep
@@ -111,24 +121,19 @@ def test_second_run_on_the_same_output_is_refused(case: Path) -> None:
     assert messages.endswith("a stopped run is there: --resume goes on with it, --overwrite starts anew\n")
 
 
-def file_size_limit(size: int) -> Callable[[], None]:
-    """Return what a process calls at its start to write no file longer than `size` bytes."""
-    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-
-
-def test_full_disk(tmp_path: Path) -> None:
-    """It is full after some increments, each of which takes 0.2 to 0.3 MB: fewer at once than the limit holds."""
-    case = write_case(tmp_path, LONG.replace("every: 7", "every: 1"))
-    code, output, messages = finish("run", case, preexec_fn=file_size_limit(3_000_000))
-    assert code == 4
+def test_full_disk(case: Path, uninterrupted: Path) -> None:
+    """The disk is full once some increments are saved, and the run waits to tell them."""
+    out = case.with_suffix(".h5")
+    with start_and_wait(case, 3) as process:
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (10_000, 10_000))
+        output, messages = process.communicate()
+    assert process.returncode == 4
     assert messages.count("\n") == 1
     match = re.search(r"File too large; (\d+) of (\d+) increments are kept, --resume goes on\n$", messages)
     assert match
-    out, uninterrupted = case.with_suffix(".h5"), tmp_path / "uninterrupted.h5"
-    assert 0 < saved_steps(output)[-1] + 1 <= readable(out) < INCREMENTS
-    assert readable(out) == int(match[1]) <= int(match[2]) <= INCREMENTS
+    assert 3 < [3, *saved_steps(output)][-1] + 1 <= readable(out) < INCREMENTS
+    assert readable(out) == int(match[1]) < int(match[2]) <= INCREMENTS
     assert finish("run", case, "--resume", "-q") == (0, "", "")
-    assert finish("run", case, "-o", uninterrupted, "-q") == (0, "", "")
     assert_same_result(out, uninterrupted)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import math
 import os
-import resource
 import signal
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +13,7 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-from command_line import PATIENCE, finish, invoke, refused, start, wait_for
+from command_line import PATIENCE, file_size_limit, finish, invoke, refused, start, wait_for
 from fake_states import write_fake
 from small_cases import LOOP, SWEPT, write_case
 from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
@@ -178,7 +177,7 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     path = write_sweep(tmp_path, case=SWEPT.replace("increments: 2", "increments: 30"))
     folder = tmp_path / "sweep.sweep"
 
-    code, output, messages = finish("sweep", "run", path, preexec_fn=limit_file_size)
+    code, output, messages = finish("sweep", "run", path, preexec_fn=file_size_limit(9000))
     assert code == 4
     assert "File too large" in messages
     assert "--resume" not in messages
@@ -204,10 +203,6 @@ def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> No
     assert assert_as_serial(folder, tmp_path / "case.yaml") == 6
     assert not list((folder / "results").glob("*.note"))
     assert not list((folder / "results").glob("*.parts"))
-
-
-def limit_file_size() -> None:
-    resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
 
 
 def missing_of(folder: Path) -> list[int]:
