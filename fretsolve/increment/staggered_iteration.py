@@ -146,8 +146,11 @@ class StaggeredIteration:
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
         """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""
-        few = 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS and self.level.direct is not None
-        if not few or work.staggered_iterations or is_far(increment.tangential, self.level.grid):
+        if self.level.direct is None or work.staggered_iterations or is_far(increment.tangential, self.level.grid):
+            return False
+        if self.model.has_shear and not work.pressure.any():
+            self._touch(increment, work)
+        if not 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS:
             return False
         if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
             return False  # cells without friction neither stick nor have a direction
@@ -157,6 +160,13 @@ class StaggeredIteration:
         slides = self._must_solve_shear(increment, start, work)
         assert self.level.direct is not None
         return solve_directly(self.level.direct, problem, start, work, target, presses=presses, slides=slides)
+
+    def _touch(self, increment: Increment, work: WorkingState) -> None:
+        """Estimate the pressure of a first contact without shear, on a grid that has no coarser one to do so."""
+        loads = increment.normal, work.pressure, FIRST_TOLERANCE, self.max_iterations, work.rigid[:3]
+        found = self.level.normal.solve(self._undeformed, *loads)
+        work.iterations_normal += found.iterations
+        work.rigid[:3] = found.rigid
 
     def _holds(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether the start is the solution: nothing imposed changes, and its shear is within friction."""

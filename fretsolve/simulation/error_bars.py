@@ -21,18 +21,18 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.increment_factors import Steps, moved_sideways, pressed_at_once
+from fretsolve.simulation.least_errors import UNSHEARED, LeastErrors
 from fretsolve.simulation.missed_motion import NOTHING_MISSED
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
     LINKED,
-    MX,
-    MY,
     ORDER,
     PRESSED,
-    SAFETY,
+    SHOWN,
     SMOOTH_ORDER,
+    SMOOTH_SHOWN,
     STICK,
     TOTAL,
     WORK,
@@ -47,30 +47,6 @@ contact that grows."""
 
 UNLIKE_BODIES = 0.15
 """What unlike bodies take from the orders of `PRESSED`: their pressure has a kink where slip ends."""
-
-CORRECTED_SAFETY = 1.1
-"""Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
-
-ALONE, CORRECTED_ALONE = 3.25, 2.0
-"""These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
-slip otherwise."""
-
-ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
-"""The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
-them; where only the former has, they have the factors above."""
-
-LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 2.5
-"""Way of an increment over what it leaves of the friction limit, from which on tangential values and energies have
-these factors, as run and corrected. What slips grows with a power of what is left of the limit, and longer increments
-do not show the first order yet: near gross slip the corrections made up for a quarter to a third of the errors."""
-
-
-def pressed_at_once(setup: ProblemSetup) -> bool:
-    """Return whether a stage presses unlike bodies in one increment."""
-    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
-    return setup.model.coupled and any(
-        count == 1 and {"P", "delta_z"} & dict(stage.targets).keys() for stage, count in stages
-    )
 
 
 def frictions_of(setup: ProblemSetup) -> list[float]:
@@ -121,7 +97,7 @@ class ErrorBars:
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
-        self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
+        self._at_once, self._askew, self._frictions = pressed_at_once(setup), False, frictions_of(setup)
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -146,7 +122,7 @@ class ErrorBars:
         change = self._change_by_increments(summary.step, FIRST_ORDER)
         # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
         most = self._change_by_increments(summary.step, 1.0)
-        safety, corrected_safety = self._safety_at(summary.step)
+        safety, corrected_safety = self._steps(summary.step).factors()
         left = np.where(imposed, safety, corrected_safety) * most
         linked = np.where(imposed, 0.0, self._linked(most))
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
@@ -168,7 +144,10 @@ class ErrorBars:
         pressed = self._least_errors.sheared_by_pressing(summary)
         count = self._setup.load_path.counts[summary.stage - 1]
         thin = self._least_errors.thin_slip(summary, count)
-        self._shear_path = self._shear_path.after(summary, self._carried(summary), pressed, thin)
+        carried = self._carried(summary)
+        self._shear_path = self._shear_path.after(summary, carried, pressed, thin)
+        pressed_alone = self._setup.model.coupled and self._shear_path.length < UNSHEARED
+        self._askew = self._askew or (pressed_alone and moved_sideways(summary))
         middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary, count)
         self._missed = self._missed.after(middle, edge)
         if count == 1 and summary.contact_radius:
@@ -211,7 +190,8 @@ class ErrorBars:
         least = self._least_errors.values(state, self._largest, self._shear_path)
         self._missed.add_to(least, summary)
         least[imposed] = 0.0
-        found: DoubleArray = np.linalg.norm([half, third, least], axis=0)
+        shown = SMOOTH_SHOWN if smooth else SHOWN
+        found: DoubleArray = np.linalg.norm([shown * half, shown * third, least], axis=0)
         return found
 
     def _differences(self, step: int, over: DoubleArray) -> DoubleArray:
@@ -262,31 +242,12 @@ class ErrorBars:
         change = float(self._runs.change_by_increments(step, order)[TOTAL])
         return max(change, -self._summaries[step].work_total) if order == FIRST_ORDER else change
 
-    def _safety_at(self, step: int) -> tuple[DoubleArray, DoubleArray]:
-        """Return the factors on the first-order error of the increments in the values as run and corrected.
-
-        Moments gain nothing by the correction, and keep all of it.
-        """
+    def _steps(self, step: int) -> Steps:
+        """Return what makes the increments up to `step` too long."""
+        counts = self._path.counts
         stage = next(place for place, last in enumerate(self._path.last_steps) if step <= last)
-        tangential = (LINKED > 0.0) & CORRECTABLE
-        by_slip = tangential.copy()
-        by_slip[[WORK, TOTAL]] = True
-        safety, corrected = SAFETY.copy(), np.full(len(SAFETY), CORRECTED_SAFETY)
-        corrected[[MX, MY]] = SAFETY[[MX, MY]]
-        widened: list[tuple[BoolArray, float, float]] = []
-        if self._path.counts[stage] == 1:
-            widened.append((tangential, ALONE, CORRECTED_ALONE))
-        if self._shear_path.coarsest > LONG_STEP:
-            widened.append((by_slip, LONG, CORRECTED_LONG))
-        if self._at_once:
-            both = 1 in self._path.counts[1 : stage + 1]
-            factors = (ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_ALONE)
-            widened.append((by_slip, *factors))
-            safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
-        for which, least, least_corrected in widened:
-            safety[which] = np.maximum(safety[which], least)
-            corrected[which] = np.maximum(corrected[which], least_corrected)
-        return safety, corrected
+        at_once = self._at_once and 1 in counts[1 : stage + 1]
+        return Steps(counts[stage] == 1, self._at_once, at_once, self._shear_path.coarsest, self._askew)
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments that their change of the dissipated energy lets expect."""

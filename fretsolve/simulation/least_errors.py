@@ -19,13 +19,13 @@ from fretsolve.simulation.quantity_estimates import (
     CONTACT_EXTENTS,
     DISPLACED,
     FLOOR,
+    FORCES,
     MX,
     MY,
     MZ,
     PRESSURE,
     QX,
     QY,
-    STICK,
     STICK_EXTENTS,
     TILTS,
     TOTAL,
@@ -33,28 +33,20 @@ from fretsolve.simulation.quantity_estimates import (
 )
 from fretsolve.simulation.shear_path import ShearPath
 from fretsolve.simulation.unseen_slip import UnseenSlip
+from fretsolve.simulation.zone_errors import SHARP_EDGE, ZoneErrors
 from fretsolve.system.arrays import DoubleArray, FloatArray
 
 FLOOR_ORDER = 2.0
 """Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
 radius a."""
 
-DISSIPATED_FACETS = 0.15
-"""Least error of the dissipated energy over its own value, on facets of a height map, over h/a."""
+DISSIPATED, DISSIPATED_FACETS = 0.2, 0.15
+"""Least error of the dissipated energy over its own value, over (h/a)^FLOOR_ORDER, and on facets of a height map over
+h/a."""
 
-CONTACT_EDGE = 0.008
-"""Least error of the contact radius over h; that of a stick zone which fills the contact is the same."""
-
-CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
-"""The same of half-widths and middles over h, which depend on the ends of a zone alone."""
-
-PART_STICK, PART_STICK_ORDER = 0.45, 1.5
-"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
-
-SHARP_EDGE, ROUNDED_EDGE = 0.1, 0.25
-"""Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
-outline to their cells. And where a rounding is longer than a cell, but in contact over less than one: its cells touch
-or do not touch as a whole."""
+ROUNDED_EDGE = 0.25
+"""Least error of radii over h where a rounding is longer than a cell, but in contact over less than one: its cells
+touch or do not touch as a whole."""
 
 RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
@@ -86,19 +78,6 @@ FLATTENED = 0.5
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
 them, where that is small: where the pressure is less, near the edge, the bodies touch in part. Where it is 1 nothing is
 known, and the relative error is 1."""
-
-FEW_STICK = 0.35
-"""Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
-
-UNSEEN_STICK = 1.2
-"""Radius over h of a round stick zone that may exist although no cell sticks."""
-
-NEAR_GROSS_SLIP = 0.3
-"""Part of the friction limit left, below which the least error of the stick radius grows as it shrinks, where a body
-ends: a flat punch slips everywhere at once."""
-
-THIN_EDGE = 0.15
-"""Least error of the stick radius over h where the slip annulus is thinner than a cell."""
 
 THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
 """Least relative error of what an increment dissipates in an annulus thinner than THIN_SLIP_CELLS cells, over h over
@@ -174,7 +153,8 @@ class LeastErrors:
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
-        self._put_zones(least, summary, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
+        zones = ZoneErrors(self.model, self.side, self.ends, self._unseen_slip)
+        zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, ratio, shear_path)
         self._add_moments_and_tilts(least, summary, largest, ratio)
         if self.sharp and radius:
@@ -188,7 +168,7 @@ class LeastErrors:
         """Return those of the energy dissipated in the last increment and in all, (2,); ratio: side over radius."""
         summary, unseen = state.summary, self._unseen_slip
         on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
-        least = on_facets * np.array([summary.work, summary.work_total])
+        least = math.hypot(DISSIPATED * ratio**FLOOR_ORDER, on_facets) * np.array([summary.work, summary.work_total])
         least += unseen.energies_of_annulus(summary, shear_path.before)
         least += np.array([shear_path.last_thin, shear_path.thin])
         least += unseen.at_roundings(state, shear_path.largest) * np.array([shear_path.last, shear_path.length])
@@ -212,6 +192,7 @@ class LeastErrors:
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
         """Add what the outline of a sharp body misses; outline: its least error over the contact radius."""
         moments, deep = [MX, MY, MZ], math.hypot(outline, self.missed)
+        least[FORCES] = np.hypot(least[FORCES], deep * largest[FORCES])
         least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
         least[DISPLACED] = np.hypot(least[DISPLACED], deep * largest[DISPLACED])
         least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
@@ -237,34 +218,6 @@ class LeastErrors:
             return 0.0
         last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
         return min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side
-
-    def _put_zones(
-        self, least: DoubleArray, summary: Summary, outline: float, ratio: float, shear_path: ShearPath
-    ) -> None:
-        """Put those of radii, half-widths and middles of the zones; ratio: side over contact radius."""
-        end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
-        least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
-        least[CONTACT] = math.hypot(CONTACT_EDGE * self.side * _slenderness(summary), outline)
-        least[STICK] = self._stick_radius(summary, outline, ratio, shear_path)
-        least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
-
-    def _stick_radius(self, summary: Summary, outline: float, ratio: float, shear_path: ShearPath) -> float:
-        """Return the least error of the stick radius; outline: that of the contact."""
-        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
-            # one less than a cell wide that is as long as the contact is in this proportion
-            return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
-        width = self._unseen_slip.annulus(summary)
-        if 0 < summary.stick_cells < summary.contact_cells or width:
-            part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
-            part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
-            few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
-            return math.hypot(outline, part, few, self._thin_annulus(summary)) + width
-        return math.hypot(CONTACT_EDGE * self.side * _slenderness(summary), outline)
-
-    def _thin_annulus(self, summary: Summary) -> float:
-        """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""
-        width = summary.contact_radius - summary.stick_radius
-        return THIN_EDGE * self.side if width < self.side else 0.0
 
     def _hidden_pressure(self, state: State) -> float:
         """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
@@ -345,9 +298,3 @@ def _drop_beside_peak(pressure: FloatArray) -> float:
             before, most, after = np.pad(values, 1)[place : place + 3].tolist()  # nothing presses beyond the grid
             drop += 2.0 * most - before - after
     return drop
-
-
-def _slenderness(summary: Summary) -> float:
-    """Return the longer over the shorter half-width of the contact."""
-    widths = summary.contact_half_width_x, summary.contact_half_width_y
-    return max(widths) / min(widths) if min(widths) > 0.0 else 1.0

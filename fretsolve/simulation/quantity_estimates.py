@@ -16,32 +16,35 @@ class QuantityEstimate:
     """The constants of a quantity.
 
     order, smooth_order: with which its discretisation error falls, where a body ends and where none does; sequences of
-    grids show 1.3 to 2, but fluctuate with the place of the edges in their cells. safety: factor on the first-order
-    error of the increments in the value as run. linked: least error of the increments over the relative one in the
-    dissipated energy: few increments may agree by chance in what slip adds up to, as in a shear after a torsion in one
-    increment, and not in the energy, whose parts are all positive. floor: least error over the largest value so far,
-    on cells as long as the contact radius.
+    grids show 1.3 to 2, but fluctuate with the place of the edges in their cells. shown, smooth_shown: factor on the
+    errors that two grids show, there and there. safety: factor on the first-order error of the increments in the value
+    as run. linked: least error of the increments over the relative one in the dissipated energy: few increments may
+    agree by chance in what slip adds up to, as in a shear after a torsion in one increment, and not in the energy,
+    whose parts are all positive. floor: least error over the largest value so far, on cells as long as the contact
+    radius.
     """
 
     order: float = 1.0
     smooth_order: float = 1.6
+    shown: float = 1.0
+    smooth_shown: float = 1.0
     safety: float = 2.5
     linked: float = 0.0
     floor: float = 0.07
 
 
-# Their edges, where the pressure falls smoothly, are found to a small part of a cell.
-BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0)
+# Their edges, where the pressure falls smoothly, are found to a small part of a cell, on all grids.
+BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0, smooth_shown=0.8, floor=0.05)
 # Their change by the increments on the coarse grid is mostly that of the edge within the cells.
 END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, safety=2.0)
 DIFFERENT = {
     **dict.fromkeys(("P", "delta_z"), BY_LOAD),
-    "contact_radius": QuantityEstimate(smooth_order=2.0),
-    "stick_radius": QuantityEstimate(safety=1.0, linked=0.2),
-    "max_pressure": replace(BY_LOAD, floor=0.24),
+    "contact_radius": QuantityEstimate(smooth_order=2.0, smooth_shown=0.75),
+    "stick_radius": QuantityEstimate(shown=0.75, smooth_shown=0.75, safety=1.0, linked=0.2),
+    "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.24),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("Mx", "My"), QuantityEstimate(floor=0.3)),
-    **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3)),
+    **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3, safety=2.25)),
     **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=0.85, linked=0.2)),
 }
 
@@ -50,7 +53,9 @@ def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:
     return [np.array([getattr(one, field.name) for one in estimates]) for field in fields(QuantityEstimate)]
 
 
-ORDER, SMOOTH_ORDER, SAFETY, LINKED, FLOOR = _columns([DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED])
+ORDER, SMOOTH_ORDER, SHOWN, SMOOTH_SHOWN, SAFETY, LINKED, FLOOR = _columns(
+    [DIFFERENT.get(name, QuantityEstimate()) for name in ESTIMATED]
+)
 """The constants by quantity, in the order of `ESTIMATED`."""
 
 CONTACT, STICK, PRESSURE, WORK, TOTAL = map(
@@ -67,6 +72,9 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
     for zone in ("contact", "stick")
 )
 """Places of half-widths and middles of the zones."""
+
+FORCES = np.array([ESTIMATED.index(name) for name in ("P", "Qx", "Qy")])
+"""Places of the forces, which given displacements need more of on a larger area."""
 
 DISPLACED = np.array([ESTIMATED.index(name) for name in ("delta_z", "delta_x", "delta_y", "phi_z")])
 """Places of the displacements, and of the turn about z: a given load needs less of them on a larger area."""

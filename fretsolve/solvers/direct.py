@@ -9,6 +9,7 @@ all that it changes of the pressure.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -57,7 +58,7 @@ class DirectSolver:
         self._uz, self._gap, self._separation = (np.zeros(grid.shape) for _ in range(3))
         self._cells = Cells(np.zeros(0, np.intp), grid, self._tables)
         # More threads gain nothing with so small matrices, and the bits would depend on their number.
-        self.threads = ThreadpoolController()
+        self.threads = _threads_of_libraries()
         self.pressings = self.slidings = 0
 
     def solve(
@@ -301,3 +302,12 @@ def _solve(
     except np.linalg.LinAlgError:
         return None
     return answers[:, 0] + answers[:, 1:] @ amplitudes, amplitudes
+
+
+@cache
+def _threads_of_libraries() -> ThreadpoolController:
+    """Return what sets the threads of linear algebra.
+
+    Finding the libraries takes 1 ms, a tenth of a small coarse run.
+    """
+    return ThreadpoolController()

@@ -25,8 +25,8 @@ from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
 from fretsolve.simulation.coarse_runs import CoarseCounts, CoarseRun, CoarseRuns, coarse_counts, coarser
 from fretsolve.simulation.error_bars import ErrorBars, frictions_of, run_with_error_bars
-from fretsolve.simulation.least_errors import UNSEEN_STICK
 from fretsolve.simulation.path_points import PathPoint, common_points
+from fretsolve.simulation.zone_errors import UNSEEN_STICK
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""

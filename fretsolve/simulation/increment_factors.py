@@ -1,0 +1,102 @@
+"""Factors on the error of the increments that coarse runs show: how much of it the error bars hold.
+
+One of first order would take a factor of 1 as run, and next to nothing is left of it in corrected values. Where the
+increments are too long to show the first order, the factors are larger.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.result.state import Summary
+from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.coarse_runs import CORRECTABLE
+from fretsolve.simulation.quantity_estimates import LINKED, MX, MY, SAFETY, STICK, TOTAL, WORK
+from fretsolve.system.arrays import BoolArray, DoubleArray
+
+CORRECTED_SAFETY = 1.1
+"""Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
+
+ALONE, CORRECTED_ALONE = 3.25, 2.0
+"""These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
+slip otherwise."""
+
+ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
+"""The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
+them; where only the former has, they have the factors above."""
+
+LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 2.5
+"""Way of an increment over what it leaves of the friction limit, from which on tangential values and energies have
+these factors, as run and corrected. What slips grows with a power of what is left of the limit, and longer increments
+do not show the first order yet: near gross slip the corrections made up for a quarter to a third of the errors."""
+
+SIDEWAYS, ASKEW, CORRECTED_ASKEW, LONG_ASKEW, CORRECTED_LONG_ASKEW = 1e-5, 4.0, 2.5, 6.0, 4.0
+"""Way sideways over delta_z by which pressing alone moves unlike bodies whose contact is not symmetric, and the factors
+of tangential values from then on, as run and corrected, and after a long step. What slips on one side makes up for most
+of what slips on the other. The little that is left changes by more with each doubling of few increments, as on a rough
+map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128 increments."""
+
+TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
+"""Which of the values are tangential loads and displacements."""
+
+BY_SLIP: BoolArray = TANGENTIAL.copy()
+"""The same and the energies."""
+BY_SLIP[[WORK, TOTAL]] = True
+
+
+@dataclass(frozen=True)
+class Steps:
+    """What makes the increments so far too long to show the first order.
+
+    alone: whether the stage has one increment; pressed_at_once: whether one has pressed unlike bodies, and
+    sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment over what it left
+    of the friction limit; askew: whether pressing has moved unlike bodies sideways.
+    """
+
+    alone: bool = False
+    pressed_at_once: bool = False
+    sheared_at_once: bool = False
+    coarsest: float = 0.0
+    askew: bool = False
+
+    def factors(self) -> tuple[DoubleArray, DoubleArray]:
+        """Return the factors on the errors of values as run and corrected.
+
+        Moments gain nothing by the correction, and keep all of it.
+        """
+        safety, corrected = SAFETY.copy(), np.full(len(SAFETY), CORRECTED_SAFETY)
+        corrected[[MX, MY]] = SAFETY[[MX, MY]]
+        long = self.coarsest > LONG_STEP
+        widened: list[tuple[BoolArray, float, float]] = []
+        if self.alone:
+            widened.append((TANGENTIAL, ALONE, CORRECTED_ALONE))
+        if long:
+            widened.append((BY_SLIP, LONG, CORRECTED_LONG))
+        if self.askew:
+            widened.append((TANGENTIAL, ASKEW, CORRECTED_ASKEW))
+            if long:
+                widened.append((TANGENTIAL, LONG_ASKEW, CORRECTED_LONG_ASKEW))
+        if self.pressed_at_once:
+            both = self.sheared_at_once
+            widened.append((BY_SLIP, *((ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_ALONE))))
+            safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
+        for which, least, least_corrected in widened:
+            safety[which] = np.maximum(safety[which], least)
+            corrected[which] = np.maximum(corrected[which], least_corrected)
+        return safety, corrected
+
+
+def pressed_at_once(setup: ProblemSetup) -> bool:
+    """Return whether a stage presses unlike bodies in one increment."""
+    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
+    return setup.model.coupled and any(
+        count == 1 and {"P", "delta_z"} & dict(stage.targets).keys() for stage, count in stages
+    )
+
+
+def moved_sideways(summary: Summary) -> bool:
+    """Return whether bodies that are pressed alone have moved sideways."""
+    return math.hypot(summary.delta_x, summary.delta_y) > SIDEWAYS * abs(summary.delta_z)

@@ -1,0 +1,104 @@
+"""Least errors of the radii, half-widths and middles of the contact and of the stick zone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.case.history import Summary
+from fretsolve.model.required_terms import Model
+from fretsolve.result.state import State, Zone
+from fretsolve.simulation.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
+from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.unseen_slip import UnseenSlip
+from fretsolve.system.arrays import DoubleArray, vector_lengths
+
+CONTACT_EDGE = 0.008
+"""Least error of the contact radius over h; that of a stick zone which fills the contact is the same."""
+
+CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
+"""The same of half-widths and middles over h, which depend on the ends of a zone alone."""
+
+SHARP_EDGE = 0.1
+"""Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
+outline to their cells."""
+
+PART_STICK, PART_STICK_ORDER = 0.45, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
+
+FEW_STICK = 0.35
+"""Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
+
+UNSEEN_STICK = 1.2
+"""Radius over h of a round stick zone that may exist although no cell sticks."""
+
+NEAR_GROSS_SLIP = 0.3
+"""Part of the friction limit left, below which the least error of the stick radius grows as it shrinks, where a body
+ends: a flat punch slips everywhere at once."""
+
+THIN_EDGE = 0.15
+"""Least error of the stick radius over h where the slip annulus is thinner than a cell."""
+
+AT_LIMIT, AT_LIMIT_EDGE = 3e-3, 0.3
+"""Distance from the friction limit, over it, within which a cell that sticks may as well slip; and the least error of
+the stick radius over what such cells add to it. A load that comes back to where a cycle has slipped before brings a
+whole ring of cells there, of which other increments let a part slip."""
+
+
+@dataclass(frozen=True)
+class ZoneErrors:
+    """The least errors of the zones of a problem. side: the longer side of a cell (mm); ends: whether a body ends;
+    unseen: the slip that no cell shows."""
+
+    model: Model
+    side: float
+    ends: bool
+    unseen: UnseenSlip
+
+    def put_into(self, least: DoubleArray, state: State, outline: float, ratio: float, shear_path: ShearPath) -> None:
+        """Put them into the `least` errors of `ESTIMATED`.
+
+        outline: that of the outline of the contact (mm); ratio: side over contact radius.
+        """
+        end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
+        least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
+        least[CONTACT] = math.hypot(CONTACT_EDGE * self.side * _slenderness(state.summary), outline)
+        stick = self._stick_radius(state.summary, outline, ratio, shear_path)
+        least[STICK] = math.hypot(stick, AT_LIMIT_EDGE * self._held_at_limit(state))
+        least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
+
+    def _stick_radius(self, summary: Summary, outline: float, ratio: float, shear_path: ShearPath) -> float:
+        """Return the least error of the stick radius; outline: that of the contact."""
+        if summary.stick_radius == 0.0 and self.model.friction > 0.0:
+            # one less than a cell wide that is as long as the contact is in this proportion
+            return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
+        width = self.unseen.annulus(summary)
+        if 0 < summary.stick_cells < summary.contact_cells or width:
+            part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
+            part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
+            few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
+            return math.hypot(outline, part, few, self._thin_annulus(summary)) + width
+        return math.hypot(CONTACT_EDGE * self.side * _slenderness(summary), outline)
+
+    def _thin_annulus(self, summary: Summary) -> float:
+        """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""
+        width = summary.contact_radius - summary.stick_radius
+        return THIN_EDGE * self.side if width < self.side else 0.0
+
+    def _held_at_limit(self, state: State) -> float:
+        """Return what cells that stick next to the friction limit add to the stick radius (mm)."""
+        sticks = state.fields.zone == Zone.STICK
+        if not (self.model.may_slip and sticks.any()):
+            return 0.0
+        limit = (1.0 - AT_LIMIT) * self.model.friction * state.fields.pressure[sticks]
+        held = np.mean(vector_lengths(state.fields.shear[:, sticks]) >= limit)
+        left = 1.0 - held if self.model.line else math.sqrt(1.0 - held)
+        return float((1.0 - left) * state.summary.stick_radius)
+
+
+def _slenderness(summary: Summary) -> float:
+    """Return the longer over the shorter half-width of the contact."""
+    widths = summary.contact_half_width_x, summary.contact_half_width_y
+    return max(widths) / min(widths) if min(widths) > 0.0 else 1.0
