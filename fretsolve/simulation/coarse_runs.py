@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import accumulate, compress
 from operator import or_
 
@@ -16,13 +16,14 @@ import numpy as np
 
 from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.increment.increment import IncrementSolver
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.path_points import PathPoint, at_point, between_common_points, common_points
 from fretsolve.simulation.quantity_estimates import TOTAL
-from fretsolve.simulation.simulation import states_of
+from fretsolve.simulation.simulation import increment_solver, states_of
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 LOOSER, LOOSEST = 30.0, 1e-4
@@ -57,17 +58,27 @@ def values_of(summary: Summary) -> DoubleArray:
 class CoarseRun:
     """The run of a coarser problem, solved only as far as its values are asked for.
 
-    every: after how many increments of each stage radii are asked for; after each without it.
+    every: after how many increments of each stage radii are asked for; after each without it. beside: a run of the
+    same problem with other increments, whose solver this one has too.
     failure: why it stopped, if it did; applications, seconds: of the elastic operator on the coarse grid so far.
     """
 
-    def __init__(self, setup: ProblemSetup, threads: int, every: tuple[int, ...] | None = None):
-        self.setup = setup
+    def __init__(
+        self, setup: ProblemSetup, threads: int, every: tuple[int, ...] | None = None, beside: CoarseRun | None = None
+    ):
+        self.setup, self._threads, self._beside = setup, threads, beside
         self._every = dict(zip((stage.number for stage in setup.load_path.stages), every or (), strict=bool(every)))
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = states_of(setup, threads=threads, measured=self._is_asked_for)
+        self._states = states_of(setup, measured=self._is_asked_for, solver=lambda: self.solver)
         self._values: list[DoubleArray] = []
+
+    @cached_property
+    def solver(self) -> IncrementSolver:
+        """The solver. To make one for two runs spares a third of a single increment."""
+        if self._beside is not None:
+            return self._beside.solver
+        return increment_solver(self.setup, self.setup.separation(), self._threads)
 
     def _is_asked_for(self, step: int) -> bool:
         """Return whether the radii after `step` are asked for."""
@@ -126,7 +137,8 @@ class CoarseRuns:
         self.other_increments = None
         if counts.other is not None:
             apart = tuple(max(other // asked, 1) for other, asked in zip(counts.other, counts.third, strict=True))
-            self.other_increments = CoarseRun(coarser(setup, COARSENED, counts.other, self._left_out), threads, apart)
+            other = coarser(setup, COARSENED, counts.other, self._left_out)
+            self.other_increments = CoarseRun(other, threads, apart, self.third)
         self._points = math.prod(setup.grid.shape)
         self._directions = len(setup.grid.axes)
 

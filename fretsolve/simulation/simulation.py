@@ -72,13 +72,16 @@ def states_of(
     history: Sequence[Summary] = (),
     threads: int = 1,
     measured: Callable[[int], bool] | None = None,
+    solver: Callable[[], IncrementSolver] | None = None,
 ) -> Iterator[State]:
     """Yield the states of a problem as `run` does.
 
     measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
+    solver: gives that of another run of the same problem, which may take turns with this one: an increment depends on
+    its start alone.
     """
     separation = setup.separation()
-    contact = _contact(setup, increment_solver(setup, separation, threads))
+    contact = _contact(setup, increment_solver(setup, separation, threads) if solver is None else solver())
     team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)

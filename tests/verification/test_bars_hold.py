@@ -219,6 +219,49 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             }
         },
     ),
+    "cells at the friction limit, which a cycle of a sharp punch comes back to without slip": (
+        {
+            "bodies": ["rigid", {"young_modulus": 7600.0, "poisson_ratio": 0.03}],
+            "surface": {"punch": {"radius": 1.5071}},
+            "friction": 0.051,
+            "grid": {"points": 32, "size": [3.6898, 4.0623]},
+            "load_path": [
+                {"P": 3189.0, "increments": 12},
+                *2 * [{"Qx": 97.58, "increments": 1}, {"Qx": -97.58, "increments": 3}],
+            ],
+        },
+        {4: {"stick_radius": 1.50558}, 5: {"stick_radius": 1.45202, "delta_x": -3.50235e-3}},
+    ),
+    "the shear force of a sharp cylinder that is pushed": (
+        {
+            "bodies": 2 * [{"young_modulus": 163.3e3, "poisson_ratio": 0.32}],
+            "surface": {"cylinder": {"radius": 2.449, "axis": "x", "length": 0.36735}},
+            "friction": 0.777,
+            "grid": {"points": [64, 24], "size": [0.6025, 0.1258]},
+            "load_path": [{"P": 17.03}, {"delta_x": 5.793e-4, "increments": 6}],
+        },
+        {2: {"Qx": 8.26661, "stick_radius": 0.0745167, "work_total": 1.33138e-4}},
+    ),
+    "a cone of unlike bodies that moves sideways as it is pressed and tilted": (
+        {
+            "bodies": [{"young_modulus": 277.3e3, "poisson_ratio": nu} for nu in (0.23, 0.14)],
+            "surface": {"cone": {"angle": 0.0357}},
+            "friction": 0.122,
+            "grid": {"points": [240, 24], "size": [2.2665, 1.757625]},
+            "load_path": [{"P": 2565.0, "My": 140.3, "increments": 4}, {"Qy": 75.12, "increments": 3}],
+        },
+        {1: {"delta_x": -5.6385e-5}, 2: {"delta_x": -5.58496e-5}},
+    ),
+    "the energy near gross slip, on which two coarse grids agree by chance": (
+        {
+            "bodies": 2 * [{"young_modulus": 121.7e3, "poisson_ratio": 0.19}],
+            "surface": {"sphere": {"radius": 34.636}},
+            "friction": 0.363,
+            "grid": {"points": [96, 24], "size": [4.4083, 4.8307]},
+            "load_path": [{"P": 7602.0}, {"Qx": 2483.0, "increments": 3}],
+        },
+        {2: {"work_total": 5.53117, "delta_x": 0.0196357, "stick_radius": 0.679169}},
+    ),
     "a ring": (
         {
             "surface": [{"sphere": {"radius": -200.0}}, {"punch": {"radius": 0.5, "edge_radius": 0.25}}],
@@ -563,7 +606,7 @@ def test_bars_hold_the_moment_of_unlike_bodies_sheared_on_a_rough_map(tmp_path: 
         summary, errors = ends[stage]
         for name, true in truth.items():
             found, bar = getattr(summary, name), getattr(errors, f"{name}_error")
-            assert abs(found - true) <= bar < 0.02 * abs(true), f"{name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
+            assert abs(found - true) <= bar < 0.025 * abs(true), f"{name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
 
 
 def test_bars_hold_the_peaks_of_a_map_finer_than_the_cells(tmp_path: Path) -> None:

@@ -519,3 +519,23 @@ def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
     for result in results:
         with result:
             assert "delta_x_error" not in result.history
+
+
+@pytest.mark.parametrize("grid", [{"points": 36}, {"points": [36, 48], "size": [0.7, 0.75]}])
+def test_two_coarse_runs_that_share_a_solver_have_the_bits_of_runs_alone(grid: dict[str, Any]) -> None:
+    path = [{"P": LOAD, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 3}, {"P": 300.0, "increments": 1}]
+    setup = set_up(build(bodies=DISSIMILAR, friction=0.3, grid=grid, load_path=path))
+    runs = CoarseRuns(setup, 1)
+    third, other = runs.third, runs.other_increments
+    assert other is not None
+    for step in range(setup.load_path.increments):  # in turns, as the run asks for them
+        runs.half_less_third(runs.point(step))
+        runs.change_by_increments(step)
+    assert other.solver is third.solver is not runs.half.solver
+    for coarse in (third, other):
+        alone = CoarseRun(coarse.setup, 1)
+        for step in range(coarse.setup.load_path.increments):
+            found, expected = coarse.values(step), alone.values(step)
+            measured = ~np.isnan(found)  # zones are, where the difference of the two is asked for
+            assert np.count_nonzero(measured) > len(ESTIMATED) / 2
+            assert np.array_equal(found[measured], expected[measured])

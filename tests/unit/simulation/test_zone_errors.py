@@ -1,0 +1,61 @@
+"""Least errors of the zones; `tests/verification/test_bars_hold.py` compares bars with true errors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from solving import build
+
+from fretsolve.result.state import ESTIMATED, State, Zone
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.least_errors import LeastErrors
+from fretsolve.simulation.quantity_estimates import STICK, STICK_EXTENTS
+from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.simulation import run
+from fretsolve.simulation.zone_errors import AT_LIMIT, AT_LIMIT_EDGE
+
+
+@pytest.fixture(scope="module")
+def sheared() -> tuple[ProblemSetup, State]:
+    setup = set_up(build(grid={"points": 24}, load_path=[{"P": 400.0}, {"Qx": 20.0, "increments": 1}]))
+    return setup, list(run(setup))[-1]
+
+
+def stick_errors(setup: ProblemSetup, state: State) -> tuple[float, float]:
+    """Return the least errors of the stick radius and of the stick zone's half-widths."""
+    least = LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), ShearPath())
+    return float(least[STICK]), float(least[STICK_EXTENTS].min())
+
+
+def with_shear_in(state: State, cells: Any, share: float, friction: float) -> State:
+    """Return the state with so much of the friction limit in some of its cells."""
+    shear = state.fields.shear.copy()
+    shear[0][cells], shear[1][cells] = share * friction * state.fields.pressure[cells], 0.0
+    return replace(state, fields=replace(state.fields, shear=shear))
+
+
+def test_cells_that_stick_at_the_friction_limit_may_slip(sheared: tuple[ProblemSetup, State]) -> None:
+    setup, state = sheared
+    friction, sticks = setup.model.friction, state.fields.zone == Zone.STICK
+    below = with_shear_in(state, sticks, 0.5, friction)
+    rows = sticks & (setup.grid.y[None, :] > 0.0)
+    held = np.count_nonzero(rows) / np.count_nonzero(sticks)
+    assert 0.3 < held < 0.7
+    at_limit = with_shear_in(below, rows, 1.0 - 0.9 * AT_LIMIT, friction)
+    before, after = stick_errors(setup, below), stick_errors(setup, at_limit)
+    added = AT_LIMIT_EDGE * (1.0 - math.sqrt(1.0 - held)) * state.summary.stick_radius
+    assert after[0] == pytest.approx(math.hypot(before[0], added), rel=1e-12)
+    assert after[1] >= after[0]
+    assert stick_errors(setup, with_shear_in(below, rows, 1.0 - 1.1 * AT_LIMIT, friction)) == before
+
+
+def test_cells_that_slip_add_nothing(sheared: tuple[ProblemSetup, State]) -> None:
+    setup, state = sheared
+    slips = state.fields.zone == Zone.SLIP
+    assert slips.any()
+    less = with_shear_in(state, slips, 0.5, setup.model.friction)
+    assert stick_errors(setup, less) == stick_errors(setup, state)
