@@ -122,13 +122,14 @@ class ErrorBars:
         change = self._change_by_increments(summary.step, FIRST_ORDER)
         # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
         most = self._change_by_increments(summary.step, 1.0)
-        safety, corrected_safety = self._steps(summary.step).factors()
+        steps = self._steps(summary.step)
+        safety, corrected_safety = steps.factors()
         left = np.where(imposed, safety, corrected_safety) * most
-        linked = np.where(imposed, 0.0, self._linked(most))
+        hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), steps.least() * self._largest))
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, safety * most, linked], axis=0)
-        corrected = np.linalg.norm([others, left, unsolved, linked], axis=0)
+        errors = np.linalg.norm([others, safety * most, hidden], axis=0)
+        corrected = np.linalg.norm([others, left, unsolved, hidden], axis=0)
         change[imposed] = 0.0
         self._follow(self._path.after(self._summaries))
         return SummaryErrors(
@@ -247,7 +248,8 @@ class ErrorBars:
         counts = self._path.counts
         stage = next(place for place, last in enumerate(self._path.last_steps) if step <= last)
         at_once = self._at_once and 1 in counts[1 : stage + 1]
-        return Steps(counts[stage] == 1, self._at_once, at_once, self._shear_path.coarsest, self._askew)
+        unlike, coarsest = self._setup.model.coupled, self._shear_path.coarsest
+        return Steps(unlike, counts[stage] == 1, self._at_once, at_once, coarsest, self._askew)
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments that their change of the dissipated energy lets expect."""

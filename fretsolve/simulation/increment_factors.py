@@ -39,6 +39,11 @@ of tangential values from then on, as run and corrected, and after a long step. 
 of what slips on the other. The little that is left changes by more with each doubling of few increments, as on a rough
 map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128 increments."""
 
+LONG_ENERGY, LONG_MOTION = 0.045, 0.009
+"""Least relative errors of energies and of tangential values between unlike bodies, over the longest way of an
+increment over what it leaves of the friction limit, 1 at most. Near gross slip pressure and slip act on each other so
+much that the energy may hardly change with twice and four times the increments, and by some per cent with more."""
+
 TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
 """Which of the values are tangential loads and displacements."""
 
@@ -51,16 +56,22 @@ BY_SLIP[[WORK, TOTAL]] = True
 class Steps:
     """What makes the increments so far too long to show the first order.
 
-    alone: whether the stage has one increment; pressed_at_once: whether one has pressed unlike bodies, and
-    sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment over what it left
-    of the friction limit; askew: whether pressing has moved unlike bodies sideways.
+    unlike: whether the bodies are; alone: whether the stage has one increment; pressed_at_once: whether one has pressed
+    unlike bodies, and sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment
+    over what it left of the friction limit; askew: whether pressing has moved unlike bodies sideways.
     """
 
+    unlike: bool = False
     alone: bool = False
     pressed_at_once: bool = False
     sheared_at_once: bool = False
     coarsest: float = 0.0
     askew: bool = False
+
+    def least(self) -> DoubleArray:
+        """Return the least relative errors that twice or half of the increments hide."""
+        way = min(self.coarsest, 1.0) if self.unlike else 0.0
+        return np.where(TANGENTIAL, LONG_MOTION * way, np.where(BY_SLIP, LONG_ENERGY * way, 0.0))
 
     def factors(self) -> tuple[DoubleArray, DoubleArray]:
         """Return the factors on the errors of values as run and corrected.

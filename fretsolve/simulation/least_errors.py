@@ -157,8 +157,9 @@ class LeastErrors:
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, ratio, shear_path)
         self._add_moments_and_tilts(least, summary, largest, ratio)
-        if self.sharp and radius:
-            self._add_sharp_outline(least, largest, outline / radius)
+        if radius and (self.sharp or self._hardly_shows_edges(state)):
+            place = outline if self.sharp else SHARP_EDGE * self.side
+            self._add_sharp_outline(least, largest, place / radius)
         if summary.max_pressure:
             self._add_heights(least, summary, largest)
             least[PRESSURE] += self._hidden_pressure(state)
@@ -190,7 +191,10 @@ class LeastErrors:
             least[TILTS] = np.hypot(least[TILTS], turn)
 
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
-        """Add what the outline of a sharp body misses; outline: its least error over the contact radius."""
+        """Add what the outline of a sharp body misses, or of one whose rounding cells hardly show.
+
+        outline: its least error over the contact radius.
+        """
         moments, deep = [MX, MY, MZ], math.hypot(outline, self.missed)
         least[FORCES] = np.hypot(least[FORCES], deep * largest[FORCES])
         least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
@@ -211,13 +215,17 @@ class LeastErrors:
         if self.sharp:  # what cells miss of a line contact's width, they miss in its outline
             missed = self.missed * state.summary.contact_radius if self.model.line else 0.0
             return math.hypot(SHARP_EDGE * self.side, missed)
-        modulus = self.model.compliances.contact_modulus
-        if any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges):
+        if self._hardly_shows_edges(state):
             return ROUNDED_EDGE * self.side
         if not (self.ridges and state.summary.contact_radius):
             return 0.0
         last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
         return min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side
+
+    def _hardly_shows_edges(self, state: State) -> bool:
+        """Return whether a rounding longer than a cell is in contact over less than one."""
+        modulus = self.model.compliances.contact_modulus
+        return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
 
     def _hidden_pressure(self, state: State) -> float:
         """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""

@@ -34,7 +34,7 @@ class QuantityEstimate:
 
 
 # Their edges, where the pressure falls smoothly, are found to a small part of a cell, on all grids.
-BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0, smooth_shown=0.8)
+BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0, smooth_shown=0.7)
 # Their change by the increments on the coarse grid is mostly that of the edge within the cells.
 END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, safety=2.0)
 DIFFERENT = {
@@ -44,7 +44,8 @@ DIFFERENT = {
     "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.24),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("Mx", "My"), QuantityEstimate(floor=0.3)),
-    **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3, safety=2.25)),
+    **dict.fromkeys(("phi_x", "phi_y"), QuantityEstimate(shown=0.7, smooth_shown=0.7)),
+    **dict.fromkeys(("work", "work_total"), QuantityEstimate(order=0.75, smooth_order=1.3, safety=2.0)),
     **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=0.85, linked=0.3)),
 }
 

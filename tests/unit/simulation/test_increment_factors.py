@@ -20,6 +20,8 @@ from fretsolve.simulation.increment_factors import (
     CORRECTED_SAFETY,
     LONG,
     LONG_ASKEW,
+    LONG_ENERGY,
+    LONG_MOTION,
     LONG_STEP,
     Steps,
     moved_sideways,
@@ -54,6 +56,13 @@ def test_long_increments_have_larger_factors(
     assert (safety[TOTAL], corrected[TOTAL]) == energy
     assert corrected[MX] == safety[MX] == SAFETY[MX]  # moments are as good uncorrected
     assert safety[STICK] == (ALONE if steps.pressed_at_once else SAFETY[STICK])
+
+
+def test_least_errors_of_long_steps_between_unlike_bodies() -> None:
+    for coarsest, way in ((0.0, 0.0), (0.4, 0.4), (3.0, 1.0)):
+        least = Steps(unlike=True, coarsest=coarsest).least()
+        assert (least[DELTA_X], least[TOTAL], least[STICK]) == (LONG_MOTION * way, LONG_ENERGY * way, 0.0)
+        assert not Steps(coarsest=coarsest).least().any()
 
 
 def test_factors_are_new_arrays() -> None:
