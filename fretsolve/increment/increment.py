@@ -23,7 +23,7 @@ from fretsolve.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import Certificate, nothing
-from fretsolve.system.arrays import BoolArray, FloatArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 SOLVER_TOLERANCE_SHARE = 0.3
 """Tolerance of the solvers over that of the case: their residuals and those of the certificate differ a little."""
@@ -58,7 +58,7 @@ class IncrementSolver:
     def __init__(
         self,
         grid: Grid,
-        separation: FloatArray,
+        separation: DoubleArray,
         model: Model,
         tolerance: float,
         max_iterations: int,

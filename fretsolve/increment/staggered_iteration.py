@@ -146,12 +146,17 @@ class StaggeredIteration:
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
         """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""
-        if self.level.direct is None or work.staggered_iterations or is_far(increment.tangential, self.level.grid):
+        touches = start.normal != increment.normal and not work.pressure.any()
+        first = touches and self.model.has_shear and self.level.coarser is None
+        few = first or 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS
+        if not few or work.staggered_iterations or is_far(increment.tangential, self.level.grid):
             return False
-        if self.model.has_shear and not work.pressure.any():
+        if self.level.direct is None:
+            return False
+        if first:
             self._touch(increment, work)
-        if not 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS:
-            return False
+            if not 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS:
+                return False
         if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
             return False  # cells without friction neither stick nor have a direction
         arguments = self._undeformed, self._friction, increment, start, work, self._least_slip
@@ -162,7 +167,7 @@ class StaggeredIteration:
         return solve_directly(self.level.direct, problem, start, work, target, presses=presses, slides=slides)
 
     def _touch(self, increment: Increment, work: WorkingState) -> None:
-        """Estimate the pressure of a first contact without shear, on a grid that has no coarser one to do so."""
+        """Estimate the pressure of a first contact without shear, as coarser grids do where there are any."""
         loads = increment.normal, work.pressure, FIRST_TOLERANCE, self.max_iterations, work.rigid[:3]
         found = self.level.normal.solve(self._undeformed, *loads)
         work.iterations_normal += found.iterations

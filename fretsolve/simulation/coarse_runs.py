@@ -75,7 +75,7 @@ class CoarseRun:
 
     @cached_property
     def solver(self) -> IncrementSolver:
-        """The solver. To make one for two runs spares a third of a single increment."""
+        """The solver. Making one for both runs on a grid saves the time of a third of an increment."""
         if self._beside is not None:
             return self._beside.solver
         return increment_solver(self.setup, self.setup.separation(), self._threads)

@@ -21,8 +21,14 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.increment_factors import Steps, moved_sideways, pressed_at_once
-from fretsolve.simulation.least_errors import UNSHEARED, LeastErrors
+from fretsolve.simulation.increment_factors import (
+    HiddenNearSliding,
+    Steps,
+    moved_sideways,
+    pressed_at_once,
+    pressing_stages,
+)
+from fretsolve.simulation.least_errors import LeastErrors
 from fretsolve.simulation.missed_motion import NOTHING_MISSED
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
@@ -97,7 +103,8 @@ class ErrorBars:
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
-        self._at_once, self._askew, self._frictions = pressed_at_once(setup), False, frictions_of(setup)
+        self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
+        self._pressing_stages, self._askew, self._near_sliding = pressing_stages(setup), False, HiddenNearSliding()
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -122,10 +129,9 @@ class ErrorBars:
         change = self._change_by_increments(summary.step, FIRST_ORDER)
         # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
         most = self._change_by_increments(summary.step, 1.0)
-        steps = self._steps(summary.step)
-        safety, corrected_safety = steps.factors()
+        safety, corrected_safety = self._steps(summary.step).factors()
         left = np.where(imposed, safety, corrected_safety) * most
-        hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), steps.least() * self._largest))
+        hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), self._near_sliding.least(self._largest)))
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
         errors = np.linalg.norm([others, safety * most, hidden], axis=0)
@@ -147,8 +153,10 @@ class ErrorBars:
         thin = self._least_errors.thin_slip(summary, count)
         carried = self._carried(summary)
         self._shear_path = self._shear_path.after(summary, carried, pressed, thin)
-        pressed_alone = self._setup.model.coupled and self._shear_path.length < UNSHEARED
-        self._askew = self._askew or (pressed_alone and moved_sideways(summary))
+        if self._setup.model.coupled:
+            pressed_alone = summary.stage <= self._pressing_stages
+            self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
+            self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary, count)
         self._missed = self._missed.after(middle, edge)
         if count == 1 and summary.contact_radius:
@@ -248,8 +256,13 @@ class ErrorBars:
         counts = self._path.counts
         stage = next(place for place, last in enumerate(self._path.last_steps) if step <= last)
         at_once = self._at_once and 1 in counts[1 : stage + 1]
-        unlike, coarsest = self._setup.model.coupled, self._shear_path.coarsest
-        return Steps(unlike, counts[stage] == 1, self._at_once, at_once, coarsest, self._askew)
+        return Steps(
+            alone=counts[stage] == 1,
+            pressed_at_once=self._at_once,
+            sheared_at_once=at_once,
+            coarsest=self._shear_path.coarsest,
+            askew=self._askew,
+        )
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments that their change of the dissipated energy lets expect."""

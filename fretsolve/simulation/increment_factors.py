@@ -7,14 +7,17 @@ increments are too long to show the first order, the factors are larger.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fretsolve.case.history import SHEARING
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.coarse_runs import CORRECTABLE
+from fretsolve.simulation.least_errors import UNSHEARED
 from fretsolve.simulation.quantity_estimates import LINKED, MX, MY, SAFETY, STICK, TOTAL, WORK
+from fretsolve.simulation.shear_path import LEAST_LEFT, ShearPath
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 CORRECTED_SAFETY = 1.1
@@ -39,10 +42,11 @@ of tangential values from then on, as run and corrected, and after a long step. 
 of what slips on the other. The little that is left changes by more with each doubling of few increments, as on a rough
 map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128 increments."""
 
-LONG_ENERGY, LONG_MOTION = 0.045, 0.009
-"""Least relative errors of energies and of tangential values between unlike bodies, over the longest way of an
-increment over what it leaves of the friction limit, 1 at most. Near gross slip pressure and slip act on each other so
-much that the energy may hardly change with twice and four times the increments, and by some per cent with more."""
+NEAR_SLIDING, HIDDEN_ENERGY, HIDDEN_MOTION = 0.15, 0.045, 0.009
+"""Part of the friction limit that is left, up to which increments of unlike bodies hide errors from twice and half of
+them; and least relative errors of the energy and of tangential values, over the way of such an increment over what it
+leaves, 1 at most. Pressure and slip act on each other so much there that the energy may hardly change with twice and
+four times the increments, and by some per cent with more."""
 
 TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
 """Which of the values are tangential loads and displacements."""
@@ -56,22 +60,16 @@ BY_SLIP[[WORK, TOTAL]] = True
 class Steps:
     """What makes the increments so far too long to show the first order.
 
-    unlike: whether the bodies are; alone: whether the stage has one increment; pressed_at_once: whether one has pressed
-    unlike bodies, and sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment
-    over what it left of the friction limit; askew: whether pressing has moved unlike bodies sideways.
+    alone: whether the stage has one increment; pressed_at_once: whether one has pressed unlike bodies, and
+    sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment over what it left
+    of the friction limit; askew: whether pressing has moved unlike bodies sideways.
     """
 
-    unlike: bool = False
     alone: bool = False
     pressed_at_once: bool = False
     sheared_at_once: bool = False
     coarsest: float = 0.0
     askew: bool = False
-
-    def least(self) -> DoubleArray:
-        """Return the least relative errors that twice or half of the increments hide."""
-        way = min(self.coarsest, 1.0) if self.unlike else 0.0
-        return np.where(TANGENTIAL, LONG_MOTION * way, np.where(BY_SLIP, LONG_ENERGY * way, 0.0))
 
     def factors(self) -> tuple[DoubleArray, DoubleArray]:
         """Return the factors on the errors of values as run and corrected.
@@ -108,6 +106,49 @@ def pressed_at_once(setup: ProblemSetup) -> bool:
     )
 
 
-def moved_sideways(summary: Summary) -> bool:
-    """Return whether bodies that are pressed alone have moved sideways."""
-    return math.hypot(summary.delta_x, summary.delta_y) > SIDEWAYS * abs(summary.delta_z)
+def pressing_stages(setup: ProblemSetup) -> int:
+    """Return the number of stages before the first one that shears."""
+    shears = [any(name in SHEARING and value for name, value in stage.targets) for stage in setup.case.stages()]
+    return [*shears, True].index(True)
+
+
+def moved_sideways(summary: Summary, carried: float) -> bool:
+    """Return whether bodies that are pressed alone move sideways, or are held against it.
+
+    carried: the force (N) that friction carries.
+    """
+    way, force = math.hypot(summary.delta_x, summary.delta_y), math.hypot(summary.Qx, summary.Qy)
+    return summary.contact_radius > 0.0 and (way > SIDEWAYS * abs(summary.delta_z) or force > UNSHEARED * carried)
+
+
+@dataclass(frozen=True)
+class HiddenNearSliding:
+    """What increments of unlike bodies near gross slip hide from twice and half of them.
+
+    way: the longest one of an increment there, over what it left of the friction limit, 1 at most; energy, last: least
+    errors (mJ) of what was dissipated up to there, and in the last increment; slides: whether that slides.
+    """
+
+    way: float = 0.0
+    energy: float = 0.0
+    last: float = 0.0
+    slides: bool = False
+
+    def after(self, path: ShearPath, summary: Summary) -> HiddenNearSliding:
+        """Return this after one more increment, with the path of the shear up to its end."""
+        slides = path.left <= LEAST_LEFT
+        if slides or path.left > NEAR_SLIDING:
+            return replace(self, last=0.0, slides=slides)
+        way = min(path.last / path.left, 1.0)
+        energy = max(self.energy, HIDDEN_ENERGY * way * summary.work_total)
+        return HiddenNearSliding(max(self.way, way), energy, HIDDEN_ENERGY * way * summary.work)
+
+    def least(self, largest: DoubleArray) -> DoubleArray:
+        """Return the least errors of all values; largest: their largest absolute values so far.
+
+        Loads that slide are known.
+        """
+        motion = np.where(TANGENTIAL, 0.0 if self.slides else HIDDEN_MOTION * self.way, 0.0)
+        found: DoubleArray = motion * largest
+        found[[WORK, TOTAL]] = self.last, self.energy
+        return found

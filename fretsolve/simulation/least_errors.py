@@ -108,7 +108,8 @@ class LeastErrors:
     ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
     length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
     (MPa) of their ridges beyond that of cells; maps: whether there are height maps; edges: tips and edges, where
-    pressures are largest; flat: whether one is a punch.
+    pressures are largest; flat: whether one is a punch; uniform: whether the friction limit is everywhere the model's
+    coefficient times the pressure.
     """
 
     model: Model
@@ -122,6 +123,7 @@ class LeastErrors:
     maps: bool
     edges: tuple[Edge, ...]
     flat: bool = False
+    uniform: bool = True
 
     @property
     def _unseen_slip(self) -> UnseenSlip:
@@ -141,7 +143,9 @@ class LeastErrors:
         found = edges(surfaces, setup.grid)
         maps = any(surface.kind == "heights" for surface in surfaces)
         flat = any(surface.kind == "punch" for surface in surfaces)
-        return cls(setup.model, side, slender, sharp, bool(radii), missed, flattening, ridges, maps, found, flat)
+        uniform = not setup.case.friction_varies and setup.model.orthotropy is None
+        shape = side, slender, sharp, bool(radii), missed
+        return cls(setup.model, *shape, flattening, ridges, maps, found, flat, uniform)
 
     def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
         """Return the least errors of `ESTIMATED`, in their order; largest: their largest absolute values so far.
@@ -153,7 +157,7 @@ class LeastErrors:
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
         least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
-        zones = ZoneErrors(self.model, self.side, self.ends, self._unseen_slip)
+        zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self._unseen_slip)
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, ratio, shear_path)
         self._add_moments_and_tilts(least, summary, largest, ratio)

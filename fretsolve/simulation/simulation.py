@@ -77,11 +77,11 @@ def states_of(
     """Yield the states of a problem as `run` does.
 
     measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
-    solver: gives that of another run of the same problem, which may take turns with this one: an increment depends on
-    its start alone.
+    solver: gives that of another run of the same problem without wear, which may take turns with this one: an increment
+    depends on its start alone.
     """
-    separation = setup.separation()
-    contact = _contact(setup, increment_solver(setup, separation, threads) if solver is None else solver())
+    contact = _contact(setup, increment_solver(setup, setup.separation(), threads) if solver is None else solver())
+    separation = contact.solver.separation
     team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
@@ -134,7 +134,7 @@ def states_of(
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
 
 
-def increment_solver(setup: ProblemSetup, separation: FloatArray, threads: int) -> IncrementSolver:
+def increment_solver(setup: ProblemSetup, separation: DoubleArray, threads: int) -> IncrementSolver:
     """Return the solver of a problem's increments; separation: of the undeformed surfaces."""
     load_wisdom()
     return _solver_type(setup, separation)(
@@ -240,7 +240,7 @@ def _change(initial: InitialState, solved: Solved, team: ThreadTeam) -> Change:
     return change
 
 
-def _solver_type(setup: ProblemSetup, separation: FloatArray) -> type[IncrementSolver]:
+def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[IncrementSolver]:
     """Return the class that solves a problem's increments. Most cases need none of the others."""
     model = setup.model
     if model.line:

@@ -18,6 +18,11 @@ from fretsolve.system.arrays import DoubleArray, vector_lengths
 CONTACT_EDGE = 0.008
 """Least error of the contact radius over h; that of a stick zone which fills the contact is the same."""
 
+FEW_CONTACT, FEW_CELLS, FEW_ORDER = 0.4, 1.5, 4
+"""The same of contacts of few cells, over h, up to a radius of FEW_CELLS h; with the power FEW_ORDER of h/a less
+beyond. In the first increments of a load path 97 of 100 errors were below 0.38, 0.2 and 0.06 h at radii of 1 to 1.5, 2
+and 2.5 cells."""
+
 CONTACT_END, STICK_END, SHARP_END = 0.03, 0.1, 0.5
 """The same of half-widths and middles over h, which depend on the ends of a zone alone."""
 
@@ -49,12 +54,16 @@ whole ring of cells there, of which other increments let a part slip."""
 
 @dataclass(frozen=True)
 class ZoneErrors:
-    """The least errors of the zones of a problem. side: the longer side of a cell (mm); ends: whether a body ends;
-    unseen: the slip that no cell shows."""
+    """The least errors of the zones of a problem.
+
+    side: the longer side of a cell (mm); ends: whether a body ends; uniform: whether the friction limit is everywhere
+    the model's coefficient times the pressure; unseen: the slip that no cell shows.
+    """
 
     model: Model
     side: float
     ends: bool
+    uniform: bool
     unseen: UnseenSlip
 
     def put_into(self, least: DoubleArray, state: State, outline: float, ratio: float, shear_path: ShearPath) -> None:
@@ -64,10 +73,17 @@ class ZoneErrors:
         """
         end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
-        least[CONTACT] = math.hypot(CONTACT_EDGE * self.side * _slenderness(state.summary), outline)
+        least[CONTACT] = self._contact_radius(state.summary, outline)
         stick = self._stick_radius(state.summary, outline, ratio, shear_path)
         least[STICK] = math.hypot(stick, AT_LIMIT_EDGE * self._held_at_limit(state))
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
+
+    def _contact_radius(self, summary: Summary, outline: float) -> float:
+        """Return the least error (mm) of the contact radius, and of a stick radius that is as large."""
+        least = FEW_CELLS * self.side
+        few = least / max(summary.contact_radius, least) if summary.contact_radius else 0.0
+        edge = math.hypot(CONTACT_EDGE * _slenderness(summary), FEW_CONTACT * few**FEW_ORDER)
+        return math.hypot(edge * self.side, outline)
 
     def _stick_radius(self, summary: Summary, outline: float, ratio: float, shear_path: ShearPath) -> float:
         """Return the least error of the stick radius; outline: that of the contact."""
@@ -80,7 +96,7 @@ class ZoneErrors:
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
             return math.hypot(outline, part, few, self._thin_annulus(summary)) + width
-        return math.hypot(CONTACT_EDGE * self.side * _slenderness(summary), outline)
+        return self._contact_radius(summary, outline)
 
     def _thin_annulus(self, summary: Summary) -> float:
         """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""
@@ -88,9 +104,12 @@ class ZoneErrors:
         return THIN_EDGE * self.side if width < self.side else 0.0
 
     def _held_at_limit(self, state: State) -> float:
-        """Return what cells that stick next to the friction limit add to the stick radius (mm)."""
+        """Return what cells that stick next to the friction limit add to the stick radius (mm).
+
+        0 where friction varies, whose limit is not asked for here.
+        """
         sticks = state.fields.zone == Zone.STICK
-        if not (self.model.may_slip and sticks.any()):
+        if not (self.uniform and self.model.may_slip and sticks.any()):
             return 0.0
         limit = (1.0 - AT_LIMIT) * self.model.friction * state.fields.pressure[sticks]
         held = np.mean(vector_lengths(state.fields.shear[:, sticks]) >= limit)

@@ -7,7 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fake_states import fake_states
+from solving import build
 
+from fretsolve.result.state import ESTIMATED
+from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.increment_factors import (
     ALONE,
     ALONE_AT_ONCE,
@@ -18,15 +21,18 @@ from fretsolve.simulation.increment_factors import (
     CORRECTED_LONG,
     CORRECTED_LONG_ASKEW,
     CORRECTED_SAFETY,
+    HIDDEN_ENERGY,
+    HIDDEN_MOTION,
     LONG,
     LONG_ASKEW,
-    LONG_ENERGY,
-    LONG_MOTION,
     LONG_STEP,
+    HiddenNearSliding,
     Steps,
     moved_sideways,
+    pressing_stages,
 )
-from fretsolve.simulation.quantity_estimates import DELTA_X, MX, SAFETY, STICK, TOTAL
+from fretsolve.simulation.quantity_estimates import DELTA_X, MX, SAFETY, STICK, TOTAL, WORK
+from fretsolve.simulation.shear_path import ShearPath
 
 LONG_STEPS = 1.01 * LONG_STEP
 
@@ -58,11 +64,41 @@ def test_long_increments_have_larger_factors(
     assert safety[STICK] == (ALONE if steps.pressed_at_once else SAFETY[STICK])
 
 
-def test_least_errors_of_long_steps_between_unlike_bodies() -> None:
-    for coarsest, way in ((0.0, 0.0), (0.4, 0.4), (3.0, 1.0)):
-        least = Steps(unlike=True, coarsest=coarsest).least()
-        assert (least[DELTA_X], least[TOTAL], least[STICK]) == (LONG_MOTION * way, LONG_ENERGY * way, 0.0)
-        assert not Steps(coarsest=coarsest).least().any()
+PRESSED = replace(next(fake_states(1)).summary, P=400.0, Qx=0.0, Qy=0.0, Mz=0.0, contact_radius=0.3)
+
+
+def sheared(*shares: float, work: float = 1e-3) -> tuple[HiddenNearSliding, float]:
+    """Return what is hidden after shears by so many parts of the limit 40 N, and what was dissipated."""
+    path, hidden, total = ShearPath(), HiddenNearSliding(), 0.0
+    for share in shares:
+        total += work
+        summary = replace(PRESSED, Qx=40.0 * share, work=work, work_total=total)
+        path = path.after(summary, 40.0, 0.0, 0.0)
+        hidden = hidden.after(path, summary)
+    return hidden, total
+
+
+def test_increments_near_gross_slip_hide_errors() -> None:
+    largest = np.full(len(ESTIMATED), 2.0)
+    assert not sheared(0.4, 0.8)[0].least(largest).any()  # a fifth of the limit is left
+    hidden, total = sheared(0.4, 0.86, 0.9)
+    way = 0.46 / 0.14  # of the second increment, 1 at most
+    assert way > 1.0
+    least = hidden.least(largest)
+    assert least[DELTA_X] == pytest.approx(HIDDEN_MOTION * 2.0)
+    assert least[TOTAL] == pytest.approx(HIDDEN_ENERGY * 2e-3)  # what was dissipated up to the second one
+    assert least[WORK] == pytest.approx(HIDDEN_ENERGY * 0.4 * 1e-3)
+    assert least[STICK] == least[MX] == 0.0
+    assert total == 3e-3
+
+
+def test_gross_slip_hides_nothing_more() -> None:
+    largest = np.full(len(ESTIMATED), 2.0)
+    before, after = sheared(0.5, 0.9)[0], sheared(0.5, 0.9, 1.0, 1.0)[0]
+    assert after.least(largest)[DELTA_X] == 0.0
+    assert after.energy == before.energy > 0.0
+    assert before.least(largest)[DELTA_X] > 0.0
+    assert not sheared(1.0)[0].least(largest).any()
 
 
 def test_factors_are_new_arrays() -> None:
@@ -72,7 +108,23 @@ def test_factors_are_new_arrays() -> None:
 
 
 def test_way_sideways() -> None:
-    pressed = replace(next(fake_states(1)).summary, delta_z=0.01, delta_x=0.0, delta_y=0.0)
-    assert not moved_sideways(pressed)
-    assert not moved_sideways(replace(pressed, delta_x=9e-8))
-    assert moved_sideways(replace(pressed, delta_x=8e-8, delta_y=-8e-8))
+    pressed = replace(PRESSED, delta_z=0.01, delta_x=0.0, delta_y=0.0)
+    assert not moved_sideways(pressed, 40.0)
+    assert not moved_sideways(replace(pressed, delta_x=9e-8), 40.0)
+    assert moved_sideways(replace(pressed, delta_x=8e-8, delta_y=-8e-8), 40.0)
+    assert moved_sideways(replace(pressed, Qx=0.1), 40.0)  # held
+    assert not moved_sideways(replace(pressed, Qx=0.03), 40.0)
+    assert not moved_sideways(replace(pressed, delta_x=1e-3, contact_radius=0.0), 40.0)  # in the air
+
+
+@pytest.mark.parametrize(
+    ("path", "stages"),
+    [
+        ([{"P": 400.0}], 1),
+        ([{"P": 100.0}, {"P": 400.0, "My": 2.0, "delta_x": 0.0}], 2),
+        ([{"P": 100.0}, {"P": 400.0}, {"Qx": 2.0}, {"P": 300.0}], 2),
+        ([{"P": 400.0, "Qy": 2.0}, {"P": 300.0}], 0),
+    ],
+)
+def test_stages_that_press_alone(path: list[dict[str, float]], stages: int) -> None:
+    assert pressing_stages(set_up(build(grid={"points": 16}, load_path=path))) == stages

@@ -8,20 +8,28 @@ from typing import Any
 
 import numpy as np
 import pytest
+from line_cases import LOAD, SHEAR_FORCE, line_case
 from solving import build
 
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.quantity_estimates import STICK, STICK_EXTENTS
+from fretsolve.simulation.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
 from fretsolve.simulation.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
-from fretsolve.simulation.zone_errors import AT_LIMIT, AT_LIMIT_EDGE
+from fretsolve.simulation.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE
+
+PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]
+VARIED: dict[str, Any] = {
+    "grid": {"points": 24},
+    "load_path": PATH,
+    "friction": {"coefficient": 0.1, "shear_limit": 300.0},
+}
 
 
 @pytest.fixture(scope="module")
 def sheared() -> tuple[ProblemSetup, State]:
-    setup = set_up(build(grid={"points": 24}, load_path=[{"P": 400.0}, {"Qx": 20.0, "increments": 1}]))
+    setup = set_up(build(grid={"points": 24}, load_path=PATH))
     return setup, list(run(setup))[-1]
 
 
@@ -59,3 +67,33 @@ def test_cells_that_slip_add_nothing(sheared: tuple[ProblemSetup, State]) -> Non
     assert slips.any()
     less = with_shear_in(state, slips, 0.5, setup.model.friction)
     assert stick_errors(setup, less) == stick_errors(setup, state)
+
+
+def test_cells_at_the_limit_of_friction_that_varies_are_not_asked_for(sheared: tuple[ProblemSetup, State]) -> None:
+    setup, state = sheared
+    varied = replace(setup, case=build(**VARIED))
+    held = with_shear_in(state, state.fields.zone == Zone.STICK, 1.0, setup.model.friction)
+    assert stick_errors(setup, held)[0] > 0.29 * state.summary.stick_radius
+    assert stick_errors(varied, held)[0] < 0.1 * state.summary.stick_radius
+
+
+def test_part_of_a_line_contact_at_the_friction_limit() -> None:
+    path = [{"P": LOAD}, {"Qx": 0.25 * SHEAR_FORCE, "increments": 1}]
+    setup = set_up(line_case(grid={"points": 64}, load_path=path))
+    *_, state = run(setup)
+    friction, sticks = setup.model.friction, state.fields.zone == Zone.STICK
+    half = sticks & (setup.grid.x[:, None] > 0.0)
+    share = np.count_nonzero(half) / np.count_nonzero(sticks)
+    below = with_shear_in(state, sticks, 0.5, friction)
+    before, after = (stick_errors(setup, one)[0] for one in (below, with_shear_in(below, half, 1.0, friction)))
+    added = AT_LIMIT_EDGE * share * state.summary.stick_radius
+    assert after == pytest.approx(math.hypot(before, added), rel=1e-12)
+
+
+@pytest.mark.parametrize(("cells", "least"), [(0.5, 0.4), (1.5, 0.4), (2.0, 0.4 * 0.75**4), (6.0, 0.0)])
+def test_radii_of_few_cells(sheared: tuple[ProblemSetup, State], cells: float, least: float) -> None:
+    setup, state = sheared
+    side = setup.grid.dx
+    small = replace(state, summary=replace(state.summary, contact_radius=cells * side))
+    found = LeastErrors.of(setup).values(small, np.ones(len(ESTIMATED)), ShearPath())[CONTACT]
+    assert found == pytest.approx(side * math.hypot(least, CONTACT_EDGE), rel=0.1)

@@ -64,6 +64,19 @@ def test_direct_as_by_conjugate_gradients(
         assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=1e-4, abs=1e-8)
 
 
+def test_first_contacts_alone_are_estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    touched: list[int] = []
+    touch = staggered.StaggeredIteration._touch
+    monkeypatch.setattr(staggered.StaggeredIteration, "_touch", lambda *a: touched.append(1) or touch(*a))
+    path = [{"P": LOAD}, {"P": 1.1 * LOAD}, {"P": 0.0}, {"Qx": 0.0}, {"P": LOAD}, {"Qx": 10.0}]
+    states = list(run(small(bodies=DISSIMILAR, friction=0.1, load_path=[{**stage, "increments": 1} for stage in path])))
+    assert [state.summary.contact_cells > 0 for state in states] == [True, True, False, False, True, True]
+    assert len(touched) == 2
+    touched.clear()
+    list(run(small(friction=0.1, load_path=[{"P": LOAD, "increments": 2}])))  # there is no shear to solve for
+    assert not touched
+
+
 def test_compiled_kernels_do_without(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FRETSOLVE_NUMBA", "1")
     monkeypatch.setattr(DirectSolver, "solve", lambda *_, **__: pytest.fail("a direct solver was called"))
