@@ -19,7 +19,7 @@ from solving import DISSIMILAR, HERTZ, SPHERE, build
 from fretsolve import load_case, open_result, run
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
-from fretsolve.result.state import ESTIMATED, State, SummaryErrors
+from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation import coarse_runs
@@ -541,27 +541,26 @@ def test_two_coarse_runs_that_share_a_solver_have_the_bits_of_runs_alone(grid: d
             assert np.array_equal(found[measured], expected[measured])
 
 
-def last_errors(case: Any) -> SummaryErrors:
-    """Return the error bars at the end of a case."""
+def at_end(case: Any) -> tuple[Summary, SummaryErrors]:
+    """Return the values at the end of a case, and their error bars."""
     *_, last = run_with_error_bars(case)
     assert last.errors is not None
-    return last.errors
+    return last.summary, last.errors
 
 
 def test_bars_hold_what_increments_hide_near_gross_slip(monkeypatch: pytest.MonkeyPatch) -> None:
     path = [{"P": 400.0, "increments": 4}, {"Qx": 36.0, "increments": 4}]
     case = build(bodies=DISSIMILAR, grid={"points": 24}, load_path=path)
-    *_, last = run(case)
-    with_it = last_errors(case)
+    summary, with_it = at_end(case)
     monkeypatch.setattr("fretsolve.simulation.increment_factors.HIDDEN_ENERGY", 0.0)
     monkeypatch.setattr("fretsolve.simulation.increment_factors.HIDDEN_MOTION", 0.0)
-    without = last_errors(case)
+    _, without = at_end(case)
     way = (36.0 / 40.0 / 4.0) / (4.0 / 40.0)  # more than is left, which counts as 1
     assert way > 1.0
     for name, part, scale in (
-        ("work_total", 0.045, last.summary.work_total),
-        ("work_total_corrected", 0.045, last.summary.work_total),
-        ("delta_x", 0.009, last.summary.delta_x),
+        ("work_total", 0.045, summary.work_total),
+        ("work_total_corrected", 0.045, summary.work_total),
+        ("delta_x", 0.009, summary.delta_x),
     ):
         expected = math.hypot(getattr(without, f"{name}_error"), part * scale)
         assert getattr(with_it, f"{name}_error") == pytest.approx(expected, rel=1e-9)
@@ -572,22 +571,21 @@ def test_bars_of_gross_slip_are_narrow(increments: int) -> None:
     """Unlike bodies are pushed far beyond gross slip, where the force is friction times P."""
     path = [{"P": 400.0, "increments": 8}, {"delta_x": 0.03, "increments": increments}]
     case = build(bodies=DISSIMILAR, grid={"points": 32}, load_path=path)
-    *_, last = run_with_error_bars(case)
-    assert last.errors is not None
-    assert last.summary.Qx == pytest.approx(40.0, rel=1e-6)
-    assert last.errors.Qx_error < 1e-3 * last.summary.Qx
-    assert last.errors.work_total_error < 0.01 * last.summary.work_total
+    summary, errors = at_end(case)
+    assert summary.Qx == pytest.approx(40.0, rel=1e-6)
+    assert errors.Qx_error < 1e-3 * summary.Qx
+    assert errors.work_total_error < 0.01 * summary.work_total
 
 
 def test_two_grids_of_smooth_bodies_and_of_others_count_by_their_own_factors(monkeypatch: pytest.MonkeyPatch) -> None:
     smooth = build(grid={"points": 36}, load_path=[{"P": 400.0}])
     ends = build(surface={"punch": {"radius": 0.3}}, grid={"points": 36, "size": 0.8}, load_path=[{"P": 400.0}])
-    before = {name: last_errors(case) for name, case in (("smooth", smooth), ("ends", ends))}
+    before = {name: at_end(case)[1] for name, case in (("smooth", smooth), ("ends", ends))}
     nothing = np.zeros(len(ESTIMATED))
     for changed, narrower in (("SMOOTH_SHOWN", "smooth"), ("SHOWN", "ends")):
         with monkeypatch.context() as patch:
             patch.setattr(f"fretsolve.simulation.error_bars.{changed}", nothing)
-            after = {name: last_errors(case) for name, case in (("smooth", smooth), ("ends", ends))}
+            after = {name: at_end(case)[1] for name, case in (("smooth", smooth), ("ends", ends))}
         for name, errors in after.items():
             assert (errors.delta_z_error < 0.99 * before[name].delta_z_error) is (name == narrower)
             assert (errors.delta_z_error == before[name].delta_z_error) is (name != narrower)
