@@ -22,6 +22,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
 from fretsolve.simulation.increment_factors import (
+    SHIFTED,
     HiddenNearSliding,
     Steps,
     moved_sideways,
@@ -104,6 +105,7 @@ class ErrorBars:
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
         self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
+        self._changes_before = np.zeros(len(ESTIMATED))
         self._pressing_stages, self._askew, self._near_sliding = pressing_stages(setup), False, HiddenNearSliding()
         self._path = setup.load_path
         for summary in history:
@@ -111,6 +113,8 @@ class ErrorBars:
         if history:
             self._follow(self._path.followed(history))
             # Catch up now: the cost of the increments that are there already is not that of the next one.
+            for end in (end for end in self._path.last_steps if end <= history[-1].step):
+                self._changes_before = self._largest_change(self._change_by_increments(end, 1.0))
             self._runs.change_by_increments(history[-1].step)
             self._runs.half_less_third(self._runs.point(history[-1].step))
 
@@ -130,13 +134,16 @@ class ErrorBars:
         # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
         most = self._change_by_increments(summary.step, 1.0)
         safety, corrected_safety = self._steps(summary.step).factors()
-        left = np.where(imposed, safety, corrected_safety) * most
+        held = np.where(imposed, most, self._largest_change(most))
+        left = np.where(imposed, safety, corrected_safety) * held
         hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), self._near_sliding.least(self._largest)))
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, safety * most, hidden], axis=0)
+        errors = np.linalg.norm([others, safety * held, hidden], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, hidden], axis=0)
         change[imposed] = 0.0
+        if summary.step in self._path.last_steps:
+            self._changes_before = self._largest_change(most)
         self._follow(self._path.after(self._summaries))
         return SummaryErrors(
             *errors.tolist(),
@@ -240,6 +247,12 @@ class ErrorBars:
         change[TOTAL], before = (self._change_of_total(one, order) for one in (step, step - 1))
         change[WORK] = change[TOTAL] - before
         return change
+
+    def _largest_change(self, change: DoubleArray) -> DoubleArray:
+        """Return the sizes of a change by the increments, of values that slip shifts at least the largest one at the
+        ends of stages so far: later ones may take it back by chance."""
+        found: DoubleArray = np.where(SHIFTED, np.maximum(np.abs(change), self._changes_before), np.abs(change))
+        return found
 
     def _change_of_total(self, step: int, order: float) -> float:
         """Return what they would add to all that is dissipated.

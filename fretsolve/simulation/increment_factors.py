@@ -38,9 +38,10 @@ do not show the first order yet: near gross slip the corrections made up for a q
 
 SIDEWAYS, ASKEW, CORRECTED_ASKEW, LONG_ASKEW, CORRECTED_LONG_ASKEW = 1e-5, 4.0, 2.5, 6.0, 4.0
 """Way sideways over delta_z by which pressing alone moves unlike bodies whose contact is not symmetric, and the factors
-of tangential values from then on, as run and corrected, and after a long step. What slips on one side makes up for most
-of what slips on the other. The little that is left changes by more with each doubling of few increments, as on a rough
-map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128 increments."""
+of tangential values and energies from then on, as run and corrected, and of tangential values after a long step. What
+slips on one side makes up for most of what slips on the other. The little that is left changes by more with each
+doubling of few increments, as on a rough map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128
+increments."""
 
 NEAR_SLIDING, HIDDEN_ENERGY, HIDDEN_MOTION = 0.15, 0.045, 0.009
 """Part of the friction limit that is left, up to which increments of unlike bodies hide errors from twice and half of
@@ -50,6 +51,10 @@ four times the increments, and by some per cent with more."""
 
 TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
 """Which of the values are tangential loads and displacements."""
+
+SHIFTED: BoolArray = TANGENTIAL.copy()
+"""The same and the energy since the start, to all of which slip adds in every increment."""
+SHIFTED[TOTAL] = True
 
 BY_SLIP: BoolArray = TANGENTIAL.copy()
 """The same and the energies."""
@@ -85,7 +90,7 @@ class Steps:
         if long:
             widened.append((BY_SLIP, LONG, CORRECTED_LONG))
         if self.askew:
-            widened.append((TANGENTIAL, ASKEW, CORRECTED_ASKEW))
+            widened.append((BY_SLIP, ASKEW, CORRECTED_ASKEW))
             if long:
                 widened.append((TANGENTIAL, LONG_ASKEW, CORRECTED_LONG_ASKEW))
         if self.pressed_at_once:

@@ -28,7 +28,7 @@ from fretsolve.simulation.fields_of_increment import fields_of, precision_of, re
 from fretsolve.simulation.located_errors import locate
 from fretsolve.simulation.slip_and_work import mean_pressure
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
-from fretsolve.system.arrays import DoubleArray, FloatArray, Vector, vector_lengths
+from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
 
 LARGEST_GROWTH = 3.0
 """Load step over the one before it up to which an increment is estimated by that one."""

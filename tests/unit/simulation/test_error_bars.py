@@ -589,3 +589,23 @@ def test_two_grids_of_smooth_bodies_and_of_others_count_by_their_own_factors(mon
         for name, errors in after.items():
             assert (errors.delta_z_error < 0.99 * before[name].delta_z_error) is (name == narrower)
             assert (errors.delta_z_error == before[name].delta_z_error) is (name != narrower)
+
+
+def test_bars_keep_the_largest_change_by_increments() -> None:
+    """More increments lower the energy of the second stage, which the third one takes back by chance."""
+    case = build(
+        bodies=["rigid", {"young_modulus": 34.8e3, "poisson_ratio": 0.4}],
+        surface={"cone": {"angle": 0.0201}},
+        friction=1.126,
+        grid={"points": 36, "size": [2.4128, 2.0149]},
+        load_path=[{"P": 684.0}, {"Qx": 431.3, "increments": 3}, {"Qx": 239.0, "Qy": 567.9, "increments": 5}],
+    )
+    setup = set_up(case)
+    bars, place, sizes = ErrorBars(setup), ESTIMATED.index("work_total"), []
+    for state in run(setup):
+        errors = bars.of(state)
+        if state.summary.step in setup.load_path.last_steps:
+            sizes.append(abs(bars._runs.change_by_increments(state.summary.step, 1.0)[place]))
+            assert errors.work_total_error > 2.0 * max(sizes)
+            assert errors.work_total_corrected_error > 1.1 * max(sizes)
+    assert sizes[2] < 0.2 * sizes[1]

@@ -44,7 +44,7 @@ LONG_STEPS = 1.01 * LONG_STEP
         (Steps(coarsest=LONG_STEP), (SAFETY[DELTA_X], CORRECTED_SAFETY), (SAFETY[TOTAL], CORRECTED_SAFETY)),
         (Steps(alone=True), (ALONE, CORRECTED_ALONE), (SAFETY[TOTAL], CORRECTED_SAFETY)),
         (Steps(coarsest=LONG_STEPS), (LONG, CORRECTED_LONG), (LONG, CORRECTED_LONG)),
-        (Steps(askew=True), (ASKEW, CORRECTED_ASKEW), (SAFETY[TOTAL], CORRECTED_SAFETY)),
+        (Steps(askew=True), (ASKEW, CORRECTED_ASKEW), (ASKEW, CORRECTED_ASKEW)),
         (Steps(askew=True, coarsest=LONG_STEPS), (LONG_ASKEW, CORRECTED_LONG_ASKEW), (LONG, CORRECTED_LONG)),
         (Steps(pressed_at_once=True), (ALONE, CORRECTED_ALONE), (ALONE, CORRECTED_ALONE)),
         (
