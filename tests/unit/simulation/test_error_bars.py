@@ -598,7 +598,11 @@ def test_bars_keep_the_largest_change_by_increments() -> None:
         surface={"cone": {"angle": 0.0201}},
         friction=1.126,
         grid={"points": 36, "size": [2.4128, 2.0149]},
-        load_path=[{"P": 684.0}, {"Qx": 431.3, "increments": 3}, {"Qx": 239.0, "Qy": 567.9, "increments": 5}],
+        load_path=[
+            {"P": 684.0, "increments": 1},
+            {"Qx": 431.3, "increments": 3},
+            {"Qx": 239.0, "Qy": 567.9, "increments": 5},
+        ],
     )
     setup = set_up(case)
     bars, place, sizes = ErrorBars(setup), ESTIMATED.index("work_total"), []
