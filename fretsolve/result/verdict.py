@@ -85,7 +85,7 @@ class Verdict:
 def verdict_of(effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray]) -> Verdict | None:
     """Judge a run by the case in its result."""
     points = effective_case.get("grid", {}).get("points") or ()
-    return verdict(effective_case.get("solver", {}), history, points)
+    return verdict(effective_case.get("solver", {}), history, [points] if isinstance(points, int) else points)
 
 
 def verdict(
@@ -93,7 +93,7 @@ def verdict(
 ) -> Verdict | None:
     """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars.
 
-    points: of the grid along x and y, which advice on them needs.
+    points: of the grid along x and y, in line contact along x alone, which advice on them needs.
     """
     accuracy = solver.get("accuracy")
     if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
@@ -136,6 +136,8 @@ def _advice(missed: Verdict, scale: float, history: Mapping[str, DoubleArray], s
             return f"stage.{missed.stage}.increments={max(more, count + 1)}"
     finer = min(factor ** (1.0 / POINTS_ORDER), MOST_REFINED)
     sides = [str(MULTIPLE * math.ceil(finer * side / MULTIPLE)) for side in points]
+    if len(sides) == 1:
+        return f"grid.points={sides[0]}"
     return f"grid.points=[{','.join(sides)}]" if sides else ""
 
 
@@ -153,8 +155,9 @@ def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
     """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
     largest = {name: float(np.abs(history[name][ends]).max()) for name in JUDGED_QUANTITIES}
-    # In a line contact displacements are not known, which leaves their scales 0.
-    largest = {name: 0.0 if math.isnan(value) else value for name, value in largest.items()}
+    # In a line contact displacements may not be known, which leaves their scales 0.
+    unknown = [name for name, value in largest.items() if math.isnan(value)]
+    largest |= dict.fromkeys(unknown, 0.0)
     approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
     turn = approach / radius if radius else 0.0
     tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION_SCALE * force)
@@ -167,4 +170,5 @@ def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, fl
         **dict.fromkeys(("phi_x", "phi_y"), turn),
         "phi_z": max(largest["phi_z"], LEAST_MOTION_SCALE * turn),
         "stick_radius": radius,
+        **dict.fromkeys(unknown, 0.0),
     }

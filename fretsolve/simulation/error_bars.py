@@ -10,6 +10,7 @@ their error bars. The error of the iteration is the certificate's worst residual
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -30,11 +31,13 @@ from fretsolve.simulation.increment_factors import (
     pressing_stages,
 )
 from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.missed_motion import NOTHING_MISSED
+from fretsolve.simulation.missed_motion import NOTHING_MISSED, UNLOADED_APPROACH, of_unloading
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
+    DELTA_Z,
     LINKED,
+    LOADS,
     ORDER,
     PRESSED,
     SHOWN,
@@ -44,7 +47,7 @@ from fretsolve.simulation.quantity_estimates import (
     TOTAL,
     WORK,
 )
-from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.shear_path import LEAST_LEFT, ShearPath
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -135,8 +138,10 @@ class ErrorBars:
         most = self._change_by_increments(summary.step, 1.0)
         safety, corrected_safety = self._steps(summary.step).factors()
         held = np.where(imposed, most, self._largest_change(most))
-        left = np.where(imposed, safety, corrected_safety) * held
         hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), self._near_sliding.least(self._largest)))
+        if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
+            held[LOADS], hidden[LOADS] = most[LOADS], 0.0
+        left = np.where(imposed, safety, corrected_safety) * held
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
         errors = np.linalg.norm([others, safety * held, hidden], axis=0)
@@ -205,6 +210,9 @@ class ErrorBars:
         third = from_third / less_third
         least = self._least_errors.values(state, self._largest, self._shear_path)
         self._missed.add_to(least, summary)
+        unloaded = of_unloading(self._setup.model, self._summaries)
+        least[CONTACT] = math.hypot(least[CONTACT], unloaded * summary.contact_radius)
+        least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * unloaded * summary.delta_z)
         least[imposed] = 0.0
         shown = SMOOTH_SHOWN if smooth else SHOWN
         found: DoubleArray = np.linalg.norm([shown * half, shown * third, least], axis=0)

@@ -176,7 +176,9 @@ class LeastErrors:
         least = math.hypot(DISSIPATED * ratio**FLOOR_ORDER, on_facets) * np.array([summary.work, summary.work_total])
         least += unseen.energies_of_annulus(summary, shear_path.before)
         least += np.array([shear_path.last_thin, shear_path.thin])
-        least += unseen.at_roundings(state, shear_path.largest) * np.array([shear_path.last, shear_path.length])
+        walked = np.array([shear_path.last, shear_path.length])
+        least += unseen.energies_of_shear(summary, shear_path.largest, walked)
+        least += unseen.at_roundings(state, shear_path.largest) * walked
         ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
         part = shear_path.last / shear_path.length if shear_path.length else 0.0
         least += unseen.at_sharp_edges(state, shear_path.largest) * ways * np.array([part, 1.0])

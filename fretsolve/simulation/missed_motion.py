@@ -11,11 +11,13 @@ displacement is known to what the surfaces stretch within that, then and later.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fretsolve.case.history import TANGENTIAL
+from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.simulation.coarse_runs import values_of
 from fretsolve.simulation.least_errors import UNSHEARED
@@ -26,6 +28,11 @@ LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
 """Least errors by late contact: of what the increment changes, over the part of the contact radius that it adds; the
 relative one of the energy dissipated in it and later, over that part, 1 at most; and those of its stick radius, and of
 later ones, over what it adds to the contact radius."""
+
+UNLOADED, UNLOADED_APPROACH = 0.3, 0.6
+"""Least relative error of the contact radius of unlike bodies that are unloaded, over (beta mu / (mu + beta))^2 and one
+over the increments that pressed up to that load; and of the approach, over that. Where all sticks, an unloading goes
+back to the states that few increments had pressed."""
 
 MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 """Which of `ESTIMATED` are tangential."""
@@ -79,3 +86,14 @@ class MissedMotion:
 
 
 NOTHING_MISSED = MissedMotion(np.zeros(len(ESTIMATED)))
+
+
+def of_unloading(model: Model, summaries: Sequence[Summary]) -> float:
+    """Return the least relative error of the contact radius of unlike bodies that are unloaded, 0 of others."""
+    loads = [row.P for row in summaries]
+    peak, now = max(loads), loads[-1]
+    if not (model.coupled and model.friction and 0.0 < now < (1.0 - UNSHEARED) * peak):
+        return 0.0
+    increments = sum(load <= (1.0 + UNSHEARED) * now for load in loads[: loads.index(peak)])
+    mismatch = abs(model.compliances.dundurs_constant)
+    return UNLOADED * (mismatch * model.friction / (model.friction + mismatch)) ** 2 / max(increments, 1)

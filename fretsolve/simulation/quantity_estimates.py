@@ -62,7 +62,9 @@ ORDER, SMOOTH_ORDER, SHOWN, SMOOTH_SHOWN, SAFETY, LINKED, FLOOR = _columns(
 CONTACT, STICK, PRESSURE, WORK, TOTAL = map(
     ESTIMATED.index, ("contact_radius", "stick_radius", "max_pressure", "work", "work_total")
 )
-MX, MY, MZ, QX, QY, DELTA_X, DELTA_Y = map(ESTIMATED.index, ("Mx", "My", "Mz", "Qx", "Qy", "delta_x", "delta_y"))
+MX, MY, MZ, QX, QY, DELTA_X, DELTA_Y, DELTA_Z = map(
+    ESTIMATED.index, ("Mx", "My", "Mz", "Qx", "Qy", "delta_x", "delta_y", "delta_z")
+)
 """Places in that order."""
 
 PRESSED = np.array([ESTIMATED.index(name) for name in ("P", "delta_z", "contact_radius", "max_pressure")])
@@ -76,6 +78,9 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
 
 FORCES = np.array([ESTIMATED.index(name) for name in ("P", "Qx", "Qy")])
 """Places of the forces, which given displacements need more of on a larger area."""
+
+LOADS = np.array([QX, QY, MZ])
+"""Places of the tangential loads."""
 
 DISPLACED = np.array([ESTIMATED.index(name) for name in ("delta_z", "delta_x", "delta_y", "phi_z")])
 """Places of the displacements, and of the turn about z: a given load needs less of them on a larger area."""

@@ -72,6 +72,30 @@ class UnseenSlip:
         width = ANNULUS * (1.0 - spence_ratio(self.model)) * summary.contact_radius
         return width if width < ANNULUS_CELLS * self.side else 0.0
 
+    def sheared_annulus(self, summary: Summary, share: float) -> float:
+        """Return the width (mm) of a slip annulus that shear makes and that is too thin for the cells, 0 of others.
+
+        share: largest part of the friction limit so far. Bodies with ends slip otherwise.
+        """
+        stick = (1.0 - min(share, 1.0)) ** (1.0 / 2.0 if self.model.line else 1.0 / 3.0)
+        width = (1.0 - stick) * summary.contact_radius
+        return 0.0 if self.ends or width >= ANNULUS_CELLS * self.side else width
+
+    def energies_of_shear(self, summary: Summary, share: float, ways: DoubleArray) -> DoubleArray:
+        """Return what slip in such an annulus dissipates (mJ) over `ways`, those of the last increment and of all.
+
+        A shear to the small part f of the friction limit mu P dissipates mu^2 P^2 S f^3/144a of a round contact with
+        the tangential compliance S (Johnson, section 7.4), and mu^2 P^2 f^3/6 pi E* of a line contact, per length. A
+        larger one dissipates more, by 1/(1 - 2f/3).
+        """
+        if not self.sheared_annulus(summary, share):
+            return np.zeros_like(ways)
+        pair, limit = self.model.compliances, self.model.friction * summary.P
+        round_contact = pair.tangential / (144.0 * summary.contact_radius) if summary.contact_radius else 0.0
+        compliance = pair.A / (12.0 * math.pi) if self.model.line else round_contact
+        found: DoubleArray = limit**2 * compliance * share**2 / (1.0 - 2.0 * share / 3.0) * ways
+        return found
+
     def energies_of_annulus(self, summary: Summary, before: Summary | None) -> DoubleArray:
         """Return what it has dissipated (mJ) in the last increment and in all, (2,).
 

@@ -90,13 +90,15 @@ class ZoneErrors:
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             # one less than a cell wide that is as long as the contact is in this proportion
             return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
+        thin = self.unseen.sheared_annulus(summary, shear_path.largest)
+        unseen = max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
         width = self.unseen.annulus(summary)
         if 0 < summary.stick_cells < summary.contact_cells or width:
             part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
-            return math.hypot(outline, part, few, self._thin_annulus(summary)) + width
-        return self._contact_radius(summary, outline)
+            return math.hypot(outline, part, few, self._thin_annulus(summary), unseen) + width
+        return math.hypot(self._contact_radius(summary, outline), unseen)
 
     def _thin_annulus(self, summary: Summary) -> float:
         """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""

@@ -265,6 +265,19 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {1: {"delta_z": 1.04377e-3, "contact_radius": 0.088092}},
     ),
+    "a rigid sphere that is unloaded in few increments": (
+        {
+            "bodies": ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}],
+            "friction": 0.8,
+            "grid": {"points": 48},
+            "load_path": [{"P": 400.0, "increments": 4}, {"P": 100.0, "increments": 4}],
+        },
+        {2: {"contact_radius": 0.1480, "delta_z": 2.2408e-3}},
+    ),
+    "a sphere whose slip annulus under shear is thinner than a cell": (
+        {"friction": 0.3, "grid": {"points": 36}, "load_path": [{"P": 400.0}, {"Qx": 6.0, "increments": 2}]},
+        {2: {"stick_radius": 0.301131 * (1.0 - 0.05) ** (1.0 / 3.0)}},
+    ),
     "the energy near gross slip, on which two coarse grids agree by chance": (
         {
             "bodies": 2 * [{"young_modulus": 121.7e3, "poisson_ratio": 0.19}],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.result.verdict import JUDGED_QUANTITIES, scales, verdict, why_no_bars
+from fretsolve.result.verdict import JUDGED_QUANTITIES, scales, verdict, verdict_of, why_no_bars
 
 
 def history(**changes: object) -> dict[str, np.ndarray]:
@@ -46,6 +46,21 @@ def test_advice_is_on_what_the_bar_comes_from() -> None:
     increments = verdict({"accuracy": 0.01}, bars | corrected, (30, 60))
     assert increments.advice == "stage.2.increments=5"
     assert verdict({"accuracy": 0.05}, bars, (30, 60)).advice == ""
+
+
+def test_a_line_contact_has_points_along_one_axis() -> None:
+    bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
+    case = {"solver": {"accuracy": 0.01}, "grid": {"points": 30}}
+    missed = verdict_of(case, bars)
+    assert missed is not None and missed.advice == "grid.points=60"
+
+
+def test_displacements_that_are_not_known_are_not_judged() -> None:
+    """As `delta_x` of a line contact whose constant is free, while `delta_z` is known."""
+    unknown = np.full(4, np.nan)
+    found = verdict({"accuracy": 0.01}, history(delta_x=unknown, delta_x_error=unknown))
+    assert found is not None and found.met
+    assert found.quantity != "delta_x"
 
 
 def test_verdict_without_bars() -> None:

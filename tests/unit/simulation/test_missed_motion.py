@@ -14,7 +14,16 @@ from solving import DISSIMILAR, SIMILAR, build
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.least_errors import STRETCH, LeastErrors
-from fretsolve.simulation.missed_motion import LATE, LATE_EDGE, LATE_ENERGY, LATER_EDGE, NOTHING_MISSED, MissedMotion
+from fretsolve.simulation.missed_motion import (
+    LATE,
+    LATE_EDGE,
+    LATE_ENERGY,
+    LATER_EDGE,
+    NOTHING_MISSED,
+    UNLOADED,
+    MissedMotion,
+    of_unloading,
+)
 
 
 def summary(**values: Any) -> Summary:
@@ -96,3 +105,17 @@ def test_the_middle_is_unseen_where_unlike_bodies_are_tilted_and_slip_in_all_cel
         set_up(build(bodies=DISSIMILAR, friction=1.0, grid={"points": 32, "size": 0.9}, load_path=path))
     )
     assert sticking.unseen_middle(tilted) == 0.0
+
+
+def test_unloading_goes_back_to_what_few_increments_had_pressed() -> None:
+    unlike, like = (
+        set_up(build(bodies=bodies, friction=0.4, grid={"points": 16})).model for bodies in (DISSIMILAR, SIMILAR)
+    )
+    pressed = [summary(P=load) for load in (100.0, 200.0, 300.0, 400.0)]
+    assert of_unloading(unlike, pressed) == 0.0
+    one, two = (of_unloading(unlike, [*pressed, summary(P=load)]) for load in (100.0, 200.0))
+    mismatch = abs(unlike.compliances.dundurs_constant)
+    assert one == pytest.approx(UNLOADED * (mismatch * 0.4 / (mismatch + 0.4)) ** 2)
+    assert two == pytest.approx(one / 2.0)
+    assert of_unloading(like, [*pressed, summary(P=100.0)]) == 0.0
+    assert of_unloading(unlike, [*pressed, summary(P=0.0)]) == 0.0

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import numpy as np
 import pytest
+from line_cases import FRICTION as LINE_FRICTION
+from line_cases import HERTZ, line_case
+from line_cases import LOAD as LINE_LOAD
 from solving import DISSIMILAR, build
 
 from fretsolve import run
 from fretsolve.reference.hertz import hertz_sphere
+from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.unseen_slip import UnseenSlip
 
@@ -71,3 +77,40 @@ def test_an_annulus_that_cells_resolve_is_not_unseen() -> None:
     assert 0.0 < width < sphere(400.0).contact_radius
     assert unseen(width / 1.6).annulus(sphere(400.0)) == 0.0
     assert not unseen(width / 1.6).energies_of_annulus(sphere(400.0), None).any()
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.3])
+def test_shear_slips_in_a_thin_annulus_as_cattaneo_and_mindlin_say(share: float) -> None:
+    model = set_up(build(friction=0.3, grid={"points": 16})).model
+    pressed = sphere(400.0)
+    hertz = hertz_sphere(400.0, 10.0, model.compliances.contact_modulus)
+    pressed.contact_radius = hertz.contact_radius
+    exact = cattaneo_mindlin(hertz, 0.3, share * 120.0, model.compliances.tangential)
+    slip = UnseenSlip(model, hertz.contact_radius, slender=1.0, ends=False, edges=())
+    assert slip.sheared_annulus(pressed, share) == pytest.approx(hertz.contact_radius - exact.stick_radius)
+    first, cycle = slip.energies_of_shear(pressed, share, np.array([share, 4.0 * share]))
+    assert first == pytest.approx(exact.work_per_cycle / 4.0, rel=0.02)
+    assert cycle == pytest.approx(exact.work_per_cycle, rel=0.02)
+    resolved = replace(slip, side=1e-3 * hertz.contact_radius)
+    assert resolved.sheared_annulus(pressed, share) == 0.0
+    assert not resolved.energies_of_shear(pressed, share, np.array([share, share])).any()
+    assert replace(slip, ends=True).sheared_annulus(pressed, share) == 0.0
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1])
+def test_shear_slips_at_the_edges_of_a_line_contact(share: float) -> None:
+    """Against the integral of mu p times the slip, whose gradient is (2 mu p0/a E*) (x^2 - c^2)^(1/2)."""
+    model = set_up(line_case()).model
+    modulus, a = HERTZ.contact_modulus, HERTZ.half_width
+    c = a * math.sqrt(1.0 - share)
+    x = c + (a - c) * (1.0 - np.cos(np.linspace(0.0, np.pi, 4001))) / 2.0  # fine at both ends
+    gradient = 2.0 * LINE_FRICTION * HERTZ.max_pressure / (a * modulus) * np.sqrt(x**2 - c**2)
+    slips = np.concatenate([[0.0], np.cumsum(0.5 * (gradient[1:] + gradient[:-1]) * np.diff(x))])
+    exact = 2.0 * np.trapezoid(
+        LINE_FRICTION * HERTZ.max_pressure * np.sqrt(np.maximum(1.0 - (x / a) ** 2, 0.0)) * slips, x
+    )
+    pressed = cast(Any, SimpleNamespace(contact_radius=a, max_pressure=HERTZ.max_pressure, P=LINE_LOAD))
+    slip = UnseenSlip(model, a, slender=1.0, ends=False, edges=())
+    assert slip.sheared_annulus(pressed, share) == pytest.approx(a - c)
+    (first,) = slip.energies_of_shear(pressed, share, np.array([share]))
+    assert first == pytest.approx(exact, rel=0.05)
