@@ -37,6 +37,7 @@ from fretsolve.simulation.quantity_estimates import (
     CONTACT,
     DELTA_Z,
     LINKED,
+    LOAD,
     LOADS,
     ORDER,
     PRESSED,
@@ -210,7 +211,7 @@ class ErrorBars:
         third = from_third / less_third
         least = self._least_errors.values(state, self._largest, self._shear_path)
         self._missed.add_to(least, summary)
-        unloaded = of_unloading(self._setup.model, self._summaries)
+        unloaded = of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD]))
         least[CONTACT] = math.hypot(least[CONTACT], unloaded * summary.contact_radius)
         least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * unloaded * summary.delta_z)
         least[imposed] = 0.0

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -88,12 +89,15 @@ class MissedMotion:
 NOTHING_MISSED = MissedMotion(np.zeros(len(ESTIMATED)))
 
 
-def of_unloading(model: Model, summaries: Sequence[Summary]) -> float:
-    """Return the least relative error of the contact radius of unlike bodies that are unloaded, 0 of others."""
-    loads = [row.P for row in summaries]
-    peak, now = max(loads), loads[-1]
+def of_unloading(model: Model, summaries: Sequence[Summary], peak: float) -> float:
+    """Return the least relative error of the contact radius of unlike bodies that are unloaded, 0 of others.
+
+    peak: the largest P so far (N).
+    """
+    now = summaries[-1].P
     if not (model.coupled and model.friction and 0.0 < now < (1.0 - UNSHEARED) * peak):
         return 0.0
-    increments = sum(load <= (1.0 + UNSHEARED) * now for load in loads[: loads.index(peak)])
+    loads = takewhile(lambda load: load < peak, (row.P for row in summaries))
+    increments = sum(load <= (1.0 + UNSHEARED) * now for load in loads)
     mismatch = abs(model.compliances.dundurs_constant)
     return UNLOADED * (mismatch * model.friction / (model.friction + mismatch)) ** 2 / max(increments, 1)

@@ -62,8 +62,8 @@ ORDER, SMOOTH_ORDER, SHOWN, SMOOTH_SHOWN, SAFETY, LINKED, FLOOR = _columns(
 CONTACT, STICK, PRESSURE, WORK, TOTAL = map(
     ESTIMATED.index, ("contact_radius", "stick_radius", "max_pressure", "work", "work_total")
 )
-MX, MY, MZ, QX, QY, DELTA_X, DELTA_Y, DELTA_Z = map(
-    ESTIMATED.index, ("Mx", "My", "Mz", "Qx", "Qy", "delta_x", "delta_y", "delta_z")
+LOAD, MX, MY, MZ, QX, QY, DELTA_X, DELTA_Y, DELTA_Z = map(
+    ESTIMATED.index, ("P", "Mx", "My", "Mz", "Qx", "Qy", "delta_x", "delta_y", "delta_z")
 )
 """Places in that order."""
 

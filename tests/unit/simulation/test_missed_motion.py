@@ -112,10 +112,10 @@ def test_unloading_goes_back_to_what_few_increments_had_pressed() -> None:
         set_up(build(bodies=bodies, friction=0.4, grid={"points": 16})).model for bodies in (DISSIMILAR, SIMILAR)
     )
     pressed = [summary(P=load) for load in (100.0, 200.0, 300.0, 400.0)]
-    assert of_unloading(unlike, pressed) == 0.0
-    one, two = (of_unloading(unlike, [*pressed, summary(P=load)]) for load in (100.0, 200.0))
+    assert of_unloading(unlike, pressed, 400.0) == 0.0
+    one, two = (of_unloading(unlike, [*pressed, summary(P=load)], 400.0) for load in (100.0, 200.0))
     mismatch = abs(unlike.compliances.dundurs_constant)
     assert one == pytest.approx(UNLOADED * (mismatch * 0.4 / (mismatch + 0.4)) ** 2)
     assert two == pytest.approx(one / 2.0)
-    assert of_unloading(like, [*pressed, summary(P=100.0)]) == 0.0
-    assert of_unloading(unlike, [*pressed, summary(P=0.0)]) == 0.0
+    assert of_unloading(like, [*pressed, summary(P=100.0)], 400.0) == 0.0
+    assert of_unloading(unlike, [*pressed, summary(P=0.0)], 400.0) == 0.0
