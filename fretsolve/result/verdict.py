@@ -37,7 +37,8 @@ JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius",
 
 
 POINTS_ORDER, INCREMENTS_ORDER, MOST_REFINED = 1.4, 1.0, 4.0
-"""Orders by which error bars fall with the points per side and the increments, and the most that is advised at once."""
+"""Orders by which error bars fall with the points per side and the increments, and the most times as many that may do
+where so many are needed. Of more nothing is said but that."""
 
 INCREMENTS_SHARE = 0.5
 """Correction over the bar of a corrected value from which more increments are advised, rather than points: 0.7 times
@@ -53,7 +54,7 @@ class Verdict:
 
     worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether it
     is that of a corrected value; unbounded: quantities left out, since no bar holds them; advice: key and value of
-    settings with which the accuracy may be met.
+    settings with which the accuracy may be met; far: of what it would take more than MOST_REFINED times as many.
     """
 
     accuracy: float
@@ -63,6 +64,7 @@ class Verdict:
     corrected: bool = False
     unbounded: tuple[str, ...] = ()
     advice: str = ""
+    far: str = ""
 
     @property
     def met(self) -> bool:
@@ -79,6 +81,8 @@ class Verdict:
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
         advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
+        if self.far:
+            advised = f"; more than {MOST_REFINED:g} times the {self.far} would be needed"
         return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{advised}{left_out}"
 
 
@@ -108,7 +112,7 @@ def verdict(
     which, end = np.unravel_index(np.argmax(of_judged), of_judged.shape)  # that of NaN, if there is one
     name, worst = judged[which], float(of_judged[which, end])
     found = Verdict(accuracy, worst, name, int(history["stage"][ends[end]]), columns[name] != name, unbounded)
-    return found if found.met else replace(found, advice=_advice(found, known[name], history, int(ends[end]), points))
+    return found if found.met else _with_advice(found, known[name], history, int(ends[end]), points)
 
 
 def why_no_bars(history: Mapping[str, DoubleArray]) -> str:
@@ -123,22 +127,31 @@ def why_no_bars(history: Mapping[str, DoubleArray]) -> str:
     )
 
 
-def _advice(missed: Verdict, scale: float, history: Mapping[str, DoubleArray], step: int, points: Sequence[int]) -> str:
-    """Return the key and value of more points or increments, by what the worst bar at `step` comes from."""
+def _with_advice(
+    missed: Verdict, scale: float, history: Mapping[str, DoubleArray], step: int, points: Sequence[int]
+) -> Verdict:
+    """Return the verdict with the key and value of more points or increments, by where the worst bar at `step` is from.
+
+    Where more than MOST_REFINED times as many are needed, it says of which.
+    """
     if math.isnan(missed.worst):
-        return ""
+        return missed
     factor = missed.worst / missed.accuracy
     if missed.corrected:
         correction = abs(float(history[missed.quantity + CORRECTED_SUFFIX][step] - history[missed.quantity][step]))
         if correction > INCREMENTS_SHARE * missed.worst * scale:
+            more = factor ** (1.0 / INCREMENTS_ORDER)
+            if more > MOST_REFINED:
+                return replace(missed, far=f"increments of stage {missed.stage}")
             count = int(np.count_nonzero(history["stage"] == missed.stage))
-            more = math.ceil(count * min(factor ** (1.0 / INCREMENTS_ORDER), MOST_REFINED))
-            return f"stage.{missed.stage}.increments={max(more, count + 1)}"
-    finer = min(factor ** (1.0 / POINTS_ORDER), MOST_REFINED)
+            return replace(missed, advice=f"stage.{missed.stage}.increments={max(math.ceil(count * more), count + 1)}")
+    finer = factor ** (1.0 / POINTS_ORDER)
+    if finer > MOST_REFINED:
+        return replace(missed, far="points")
     sides = [str(MULTIPLE * math.ceil(finer * side / MULTIPLE)) for side in points]
     if len(sides) == 1:
-        return f"grid.points={sides[0]}"
-    return f"grid.points=[{','.join(sides)}]" if sides else ""
+        return replace(missed, advice=f"grid.points={sides[0]}")
+    return replace(missed, advice=f"grid.points=[{','.join(sides)}]" if sides else "")
 
 
 def _bars(name: str, column: str, history: Mapping[str, DoubleArray]) -> DoubleArray:

@@ -48,6 +48,19 @@ def test_advice_is_on_what_the_bar_comes_from() -> None:
     assert verdict({"accuracy": 0.05}, bars, (30, 60)).advice == ""
 
 
+def test_what_no_refinement_within_reach_would_do_is_not_advised() -> None:
+    bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.3])
+    points = verdict({"accuracy": 0.01}, bars, (30, 60))
+    assert points.advice == ""
+    assert str(points).endswith(
+        "is known to 15 % of the largest tangential displacement; more than 4 times the points would be needed"
+    )
+    corrected = {f"delta_x_corrected{end}": bars[f"delta_x{end}"] for end in ("", "_error")}
+    corrected["delta_x_corrected"] = bars["delta_x"] + 0.2
+    increments = verdict({"accuracy": 0.01}, bars | corrected, (30, 60))
+    assert str(increments).endswith("; more than 4 times the increments of stage 2 would be needed")
+
+
 def test_a_line_contact_has_points_along_one_axis() -> None:
     bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
     case = {"solver": {"accuracy": 0.01}, "grid": {"points": 30}}
