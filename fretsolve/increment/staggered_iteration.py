@@ -150,17 +150,19 @@ class StaggeredIteration:
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
         """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""
-        touches = start.normal != increment.normal and not work.pressure.any()
-        cells = self.level.grid.nx * self.level.grid.ny
-        first = touches and self.model.has_shear and self.level.coarser is None and cells <= MOST_TOUCHING
-        few = first or 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS
-        if not few or work.staggered_iterations or is_far(increment.tangential, self.level.grid):
+        first = self._is_first_contact(increment, start, work)
+        if (
+            not (first or _few_touch(work))
+            or work.staggered_iterations
+            or is_far(increment.tangential, self.level.grid)
+        ):
             return False
-        if self.level.direct is None:
+        solver = self.level.direct
+        if solver is None:
             return False
         if first:
             self._touch(increment, work)
-            if not 0 < np.count_nonzero(work.pressure) <= MOST_DIRECT_CELLS:
+            if not _few_touch(work):
                 return False
         if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
             return False  # cells without friction neither stick nor have a direction
@@ -168,8 +170,13 @@ class StaggeredIteration:
         problem = coupled_problem(*arguments, self.level.operator.dtype)
         presses = self._coupled or start.normal != increment.normal
         slides = self._must_solve_shear(increment, start, work)
-        assert self.level.direct is not None
-        return solve_directly(self.level.direct, problem, start, work, target, presses=presses, slides=slides)
+        return solve_directly(solver, problem, start, work, target, presses=presses, slides=slides)
+
+    def _is_first_contact(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
+        """Return whether a small grid begins to touch under shear, with no estimate of the pressure."""
+        touches = start.normal != increment.normal and not work.pressure.any()
+        cells = self.level.grid.nx * self.level.grid.ny
+        return touches and self.model.has_shear and self.level.coarser is None and cells <= MOST_TOUCHING
 
     def _touch(self, increment: Increment, work: WorkingState) -> None:
         """Estimate the pressure of a first contact without shear, as coarser grids do where there are any."""
@@ -323,3 +330,8 @@ class StaggeredIteration:
         if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
             return None
         return self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)
+
+
+def _few_touch(work: WorkingState) -> bool:
+    """Return whether cells are in contact, and few enough for a direct solution."""
+    return 0 < int(np.count_nonzero(work.pressure)) <= MOST_DIRECT_CELLS

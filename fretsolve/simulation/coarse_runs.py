@@ -305,8 +305,13 @@ def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> t
 
 def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
     """Return for each stage whether something may slip in it: all between dissimilar bodies, or once one is sheared."""
+    return tuple(setup.model.coupled or sheared for sheared in sheared_stages(setup))
+
+
+def sheared_stages(setup: ProblemSetup) -> tuple[bool, ...]:
+    """Return for each stage whether it or one before it shears."""
     moved = (any(name in SHEARING and value for name, value in stage.targets) for stage in setup.case.stages())
-    return tuple(setup.model.coupled or sheared for sheared in accumulate(moved, or_))
+    return tuple(accumulate(moved, or_))
 
 
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out: Collection[int] = ()) -> ProblemSetup:

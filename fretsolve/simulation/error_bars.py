@@ -10,7 +10,6 @@ their error bars. The error of the iteration is the certificate's worst residual
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -21,26 +20,18 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.increment_factors import (
-    SHIFTED,
-    HiddenNearSliding,
-    Steps,
-    moved_sideways,
-    pressed_at_once,
-    pressing_stages,
-)
+from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, sheared_stages, values_of
+from fretsolve.simulation.increment_factors import SHIFTED, HiddenNearSliding, Steps, moved_sideways, pressed_at_once
 from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.missed_motion import NOTHING_MISSED, UNLOADED_APPROACH, of_unloading
+from fretsolve.simulation.missed_motion import NOTHING_MISSED, of_unloading
 from fretsolve.simulation.path_points import at_point
 from fretsolve.simulation.quantity_estimates import (
     CONTACT,
-    DELTA_Z,
     LINKED,
     LOAD,
-    LOADS,
     ORDER,
     PRESSED,
+    SHEAR_LOADS,
     SHOWN,
     SMOOTH_ORDER,
     SMOOTH_SHOWN,
@@ -110,7 +101,8 @@ class ErrorBars:
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
         self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
         self._changes_before = np.zeros(len(ESTIMATED))
-        self._pressing_stages, self._askew, self._near_sliding = pressing_stages(setup), False, HiddenNearSliding()
+        self._pressing_stages = sheared_stages(setup).count(False)
+        self._askew, self._near_sliding = False, HiddenNearSliding()
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -138,10 +130,11 @@ class ErrorBars:
         # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
         most = self._change_by_increments(summary.step, 1.0)
         safety, corrected_safety = self._steps(summary.step).factors()
-        held = np.where(imposed, most, self._largest_change(most))
+        largest_change = self._largest_change(most)
+        held = np.where(imposed, most, largest_change)
         hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), self._near_sliding.least(self._largest)))
         if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
-            held[LOADS], hidden[LOADS] = most[LOADS], 0.0
+            held[SHEAR_LOADS], hidden[SHEAR_LOADS] = most[SHEAR_LOADS], 0.0
         left = np.where(imposed, safety, corrected_safety) * held
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
@@ -149,7 +142,7 @@ class ErrorBars:
         corrected = np.linalg.norm([others, left, unsolved, hidden], axis=0)
         change[imposed] = 0.0
         if summary.step in self._path.last_steps:
-            self._changes_before = self._largest_change(most)
+            self._changes_before = largest_change
         self._follow(self._path.after(self._summaries))
         return SummaryErrors(
             *errors.tolist(),
@@ -171,7 +164,8 @@ class ErrorBars:
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary, count)
-        self._missed = self._missed.after(middle, edge)
+        unloaded = of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD]))
+        self._missed = self._missed.after(middle, edge, unloaded)
         if count == 1 and summary.contact_radius:
             before = self._summaries[-2] if len(self._summaries) > 1 else None
             self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1])
@@ -211,9 +205,6 @@ class ErrorBars:
         third = from_third / less_third
         least = self._least_errors.values(state, self._largest, self._shear_path)
         self._missed.add_to(least, summary)
-        unloaded = of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD]))
-        least[CONTACT] = math.hypot(least[CONTACT], unloaded * summary.contact_radius)
-        least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * unloaded * summary.delta_z)
         least[imposed] = 0.0
         shown = SMOOTH_SHOWN if smooth else SHOWN
         found: DoubleArray = np.linalg.norm([shown * half, shown * third, least], axis=0)

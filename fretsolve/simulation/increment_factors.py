@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.case.history import SHEARING
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.coarse_runs import CORRECTABLE
@@ -63,7 +62,7 @@ BY_SLIP[[WORK, TOTAL]] = True
 
 @dataclass(frozen=True)
 class Steps:
-    """What makes the increments so far too long to show the first order.
+    """The reasons why increments so far may be too long to show the first order.
 
     alone: whether the stage has one increment; pressed_at_once: whether one has pressed unlike bodies, and
     sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment over what it left
@@ -111,12 +110,6 @@ def pressed_at_once(setup: ProblemSetup) -> bool:
     )
 
 
-def pressing_stages(setup: ProblemSetup) -> int:
-    """Return the number of stages before the first one that shears."""
-    shears = [any(name in SHEARING and value for name, value in stage.targets) for stage in setup.case.stages()]
-    return [*shears, True].index(True)
-
-
 def moved_sideways(summary: Summary, carried: float) -> bool:
     """Return whether bodies that are pressed alone move sideways, or are held against it.
 
@@ -128,7 +121,7 @@ def moved_sideways(summary: Summary, carried: float) -> bool:
 
 @dataclass(frozen=True)
 class HiddenNearSliding:
-    """What increments of unlike bodies near gross slip hide from twice and half of them.
+    """The errors that increments of unlike bodies near gross slip hide from twice and half of them.
 
     way: the longest one of an increment there, over what it left of the friction limit, 1 at most; energy, last: least
     errors (mJ) of what was dissipated up to there, and in the last increment; slides: whether that slides.

@@ -15,11 +15,11 @@ from fretsolve.result.state import State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.quantity_estimates import (
+    BY_AREA,
     CONTACT,
     CONTACT_EXTENTS,
-    DISPLACED,
+    DELTA_Z,
     FLOOR,
-    FORCES,
     MX,
     MY,
     MZ,
@@ -193,7 +193,7 @@ class LeastErrors:
         least[[MX, MY]] = np.hypot(least[[MX, MY]], arm * math.hypot(opposite * summary.P, on_maps))
         least[MZ] = math.hypot(least[MZ], arm * opposite * shear)
         if summary.contact_radius:
-            turn = TILT * ratio**FLOOR_ORDER * float(largest[DISPLACED[0]]) / summary.contact_radius
+            turn = TILT * ratio**FLOOR_ORDER * float(largest[DELTA_Z]) / summary.contact_radius
             least[TILTS] = np.hypot(least[TILTS], turn)
 
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
@@ -202,9 +202,8 @@ class LeastErrors:
         outline: its least error over the contact radius.
         """
         moments, deep = [MX, MY, MZ], math.hypot(outline, self.missed)
-        least[FORCES] = np.hypot(least[FORCES], deep * largest[FORCES])
         least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
-        least[DISPLACED] = np.hypot(least[DISPLACED], deep * largest[DISPLACED])
+        least[BY_AREA] = np.hypot(least[BY_AREA], deep * largest[BY_AREA])
         least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
 
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:

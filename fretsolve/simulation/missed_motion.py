@@ -22,7 +22,7 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.simulation.coarse_runs import values_of
 from fretsolve.simulation.least_errors import UNSHEARED
-from fretsolve.simulation.quantity_estimates import CONTACT, DELTA_X, DELTA_Y, MZ, QX, QY, STICK, TOTAL, WORK
+from fretsolve.simulation.quantity_estimates import CONTACT, DELTA_X, DELTA_Y, DELTA_Z, MZ, QX, QY, STICK, TOTAL, WORK
 from fretsolve.system.arrays import DoubleArray
 
 LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
@@ -45,7 +45,8 @@ class MissedMotion:
 
     late: largest ones by late contact, in the order of `ESTIMATED`; energy: relative one of what has been dissipated
     beyond `before` (mJ); edge, later_edge: those of the last stick radius and of all later ones (mm); middle: that of
-    displacements between unlike bodies whose stick zone no cell has seen (mm).
+    displacements between unlike bodies whose stick zone no cell has seen (mm); unloaded: relative one of the last
+    contact radius between unlike bodies that are unloaded.
     """
 
     late: DoubleArray
@@ -54,10 +55,14 @@ class MissedMotion:
     edge: float = 0.0
     later_edge: float = 0.0
     middle: float = 0.0
+    unloaded: float = 0.0
 
-    def after(self, middle: float, edge: float = 0.0) -> MissedMotion:
-        """Return them after an increment; middle, edge: its least errors of the displacements and the stick radius."""
-        return replace(self, edge=max(edge, self.later_edge), middle=max(self.middle, middle))
+    def after(self, middle: float, edge: float = 0.0, unloaded: float = 0.0) -> MissedMotion:
+        """Return them after an increment.
+
+        middle, edge: its least errors of the displacements and the stick radius; unloaded: see the class.
+        """
+        return replace(self, edge=max(edge, self.later_edge), middle=max(self.middle, middle), unloaded=unloaded)
 
     def after_late_contact(self, before: Summary | None, now: Summary, friction: float) -> MissedMotion:
         """Add those of an increment that is alone in its stage, if it presses and shears; before: None for the first.
@@ -84,6 +89,8 @@ class MissedMotion:
         least[[DELTA_X, DELTA_Y]] += self.middle
         least[[WORK, TOTAL]] += self.energy * np.array([summary.work, summary.work_total - self.before])
         least[STICK] += self.edge
+        least[CONTACT] = math.hypot(least[CONTACT], self.unloaded * summary.contact_radius)
+        least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * self.unloaded * summary.delta_z)
 
 
 NOTHING_MISSED = MissedMotion(np.zeros(len(ESTIMATED)))

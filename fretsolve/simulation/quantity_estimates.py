@@ -76,14 +76,12 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
 )
 """Places of half-widths and middles of the zones."""
 
-FORCES = np.array([ESTIMATED.index(name) for name in ("P", "Qx", "Qy")])
-"""Places of the forces, which given displacements need more of on a larger area."""
-
-LOADS = np.array([QX, QY, MZ])
+SHEAR_LOADS = np.array([QX, QY, MZ])
 """Places of the tangential loads."""
 
-DISPLACED = np.array([ESTIMATED.index(name) for name in ("delta_z", "delta_x", "delta_y", "phi_z")])
-"""Places of the displacements, and of the turn about z: a given load needs less of them on a larger area."""
+BY_AREA = np.array([LOAD, QX, QY, DELTA_X, DELTA_Y, DELTA_Z, ESTIMATED.index("phi_z")])
+"""Places of the forces, the displacements and the turn about z: on a larger area displacements take more force, and
+loads less displacement."""
 
 TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
 """Places of the tilts."""

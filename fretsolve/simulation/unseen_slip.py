@@ -91,8 +91,8 @@ class UnseenSlip:
         if not self.sheared_annulus(summary, share):
             return np.zeros_like(ways)
         pair, limit = self.model.compliances, self.model.friction * summary.P
-        round_contact = pair.tangential / (144.0 * summary.contact_radius) if summary.contact_radius else 0.0
-        compliance = pair.A / (12.0 * math.pi) if self.model.line else round_contact
+        line = self.model.line
+        compliance = pair.A / (12.0 * math.pi) if line else pair.tangential / (144.0 * summary.contact_radius)
         found: DoubleArray = limit**2 * compliance * share**2 / (1.0 - 2.0 * share / 3.0) * ways
         return found
 

@@ -80,8 +80,8 @@ class ZoneErrors:
 
     def _contact_radius(self, summary: Summary, outline: float) -> float:
         """Return the least error (mm) of the contact radius, and of a stick radius that is as large."""
-        least = FEW_CELLS * self.side
-        few = least / max(summary.contact_radius, least) if summary.contact_radius else 0.0
+        small = FEW_CELLS * self.side
+        few = small / max(summary.contact_radius, small) if summary.contact_radius else 0.0
         edge = math.hypot(CONTACT_EDGE * _slenderness(summary), FEW_CONTACT * few**FEW_ORDER)
         return math.hypot(edge * self.side, outline)
 

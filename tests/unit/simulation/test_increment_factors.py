@@ -11,6 +11,7 @@ from solving import build
 
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.coarse_runs import sheared_stages
 from fretsolve.simulation.increment_factors import (
     ALONE,
     ALONE_AT_ONCE,
@@ -29,7 +30,6 @@ from fretsolve.simulation.increment_factors import (
     HiddenNearSliding,
     Steps,
     moved_sideways,
-    pressing_stages,
 )
 from fretsolve.simulation.quantity_estimates import DELTA_X, MX, SAFETY, STICK, TOTAL, WORK
 from fretsolve.simulation.shear_path import ShearPath
@@ -127,4 +127,4 @@ def test_way_sideways() -> None:
     ],
 )
 def test_stages_that_press_alone(path: list[dict[str, float]], stages: int) -> None:
-    assert pressing_stages(set_up(build(grid={"points": 16}, load_path=path))) == stages
+    assert sheared_stages(set_up(build(grid={"points": 16}, load_path=path))).count(False) == stages
