@@ -42,7 +42,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.result.state import State
 from fretsolve.result.verdict import JUDGED_QUANTITIES, Verdict, best_column, scales, verdict
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 
 KNOWN, UNSEEN, CLOSED_FORMS = "known", "unseen", "unseen closed forms"
 LEVELS = ("draft", "standard", "reference", "0.1 %")

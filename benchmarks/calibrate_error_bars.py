@@ -36,7 +36,7 @@ from random_cases import random_cases
 from fretsolve.errors import NoSolutionError
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 
 QUANTITIES = {
     **dict.fromkeys(("P", "Qx", "Qy"), "N"),

@@ -9,7 +9,7 @@ import fretsolve
 from fretsolve.model.edges import rounding
 from fretsolve.result.state import CORRECTED
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.coarse_runs import FIRST_ORDER
+from fretsolve.simulation.error_bars.coarse_runs import FIRST_ORDER
 
 Row = Mapping[str, float]
 

@@ -5,5 +5,5 @@ A case goes in, a certified `State` per increment comes out, from a generator th
     for state in run(load_case("case.yaml")):
         print(state.summary.delta_z)
 
-`run_to_file.solve_missing` saves such states in a result file, `error_bars` adds error bars to them from coarse runs.
+`run_to_file.solve_missing` saves such states in a result file; `error_bars` adds error bars to them from coarse runs.
 """

@@ -66,7 +66,7 @@ def solve_missing(
 
     so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
     if setup.case.solver.error_bars:
-        from fretsolve.simulation.error_bars import run_with_error_bars  # other runs do not need it
+        from fretsolve.simulation.error_bars.error_bars import run_with_error_bars  # other runs do not need it
 
         states = run_with_error_bars(setup, *so_far, threads, warn)
     else:

@@ -20,10 +20,10 @@ from fretsolve.reference.line import RoundedPunch
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.coarse_runs import values_of
-from fretsolve.simulation.error_bars import run_with_error_bars
-from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.error_bars.coarse_runs import values_of
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
 
 UNLIKE = [{"young_modulus": 136.8e3, "poisson_ratio": nu} for nu in (0.1, 0.4)]

@@ -15,7 +15,7 @@ from fretsolve.increment.active_region import FEWEST_POINTS
 from fretsolve.model.bulk_stress import BulkResponse
 from fretsolve.reference.bulk_stress import SphereUnderBulk
 from fretsolve.result.state import State
-from fretsolve.simulation.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 
 FORCE = 24.0
 """0.6 of the friction limit."""

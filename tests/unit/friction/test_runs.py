@@ -13,7 +13,7 @@ import fretsolve.increment.staggered_iteration
 from fretsolve import open_result, run
 from fretsolve.result import HistoryWriter
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.run_to_file import run_header
 
 RUNNING_IN = {"initial": 0.1, "final": 0.3, "slip": "0.5 um", "shear_limit": 200.0}

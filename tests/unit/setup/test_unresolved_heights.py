@@ -13,7 +13,7 @@ from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.unresolved_heights import HeightProfiles
 from fretsolve.setup.warnings import case_warnings
-from fretsolve.simulation.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 
 SPACING, WAVE, HEIGHT = 1e-3, 0.01, 2e-4
 SLOPE = 2.0 * np.pi * HEIGHT / WAVE / np.sqrt(2.0)

@@ -128,7 +128,7 @@ class TestErrorBars:
         assert abs(summary.work_total - 5.57719e-4 / 4.0) <= errors.work_total_error < 0.2 * summary.work_total
 
     def test_coarse_runs_are_lines(self):
-        from fretsolve.simulation.coarse_runs import CoarseRuns
+        from fretsolve.simulation.error_bars.coarse_runs import CoarseRuns
 
         runs = CoarseRuns(set_up(line_case(grid={"points": 60})), 1)
         assert [coarse.setup.grid.shape for coarse in runs.all] == [(20, 1), (30, 1)]

@@ -11,8 +11,8 @@ from solving import build
 
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.coarse_runs import sheared_stages
-from fretsolve.simulation.increment_factors import (
+from fretsolve.simulation.error_bars.coarse_runs import sheared_stages
+from fretsolve.simulation.error_bars.increment_factors import (
     ALONE,
     ALONE_AT_ONCE,
     ASKEW,
@@ -31,8 +31,8 @@ from fretsolve.simulation.increment_factors import (
     Steps,
     moved_sideways,
 )
-from fretsolve.simulation.quantity_estimates import DELTA_X, MX, SAFETY, STICK, TOTAL, WORK
-from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, MX, SAFETY, STICK, TOTAL, WORK
+from fretsolve.simulation.error_bars.shear_path import ShearPath
 
 LONG_STEPS = 1.01 * LONG_STEP
 

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import pytest
 
-from fretsolve.simulation.shear_path import LEAST_LEFT, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
 
 
 def summary(**loads: float) -> Any:

@@ -20,12 +20,18 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, sheared_stages, values_of
-from fretsolve.simulation.increment_factors import SHIFTED, HiddenNearSliding, Steps, moved_sideways, pressed_at_once
-from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.missed_motion import NOTHING_MISSED, of_unloading
-from fretsolve.simulation.path_points import at_point
-from fretsolve.simulation.quantity_estimates import (
+from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, sheared_stages, values_of
+from fretsolve.simulation.error_bars.increment_factors import (
+    SHIFTED,
+    HiddenNearSliding,
+    Steps,
+    moved_sideways,
+    pressed_at_once,
+)
+from fretsolve.simulation.error_bars.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.missed_motion import NOTHING_MISSED, of_unloading
+from fretsolve.simulation.error_bars.path_points import at_point
+from fretsolve.simulation.error_bars.quantity_estimates import (
     CONTACT,
     LINKED,
     LOAD,
@@ -39,7 +45,7 @@ from fretsolve.simulation.quantity_estimates import (
     TOTAL,
     WORK,
 )
-from fretsolve.simulation.shear_path import LEAST_LEFT, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 

@@ -21,8 +21,8 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.path_points import PathPoint, at_point, between_common_points, common_points
-from fretsolve.simulation.quantity_estimates import TOTAL
+from fretsolve.simulation.error_bars.path_points import PathPoint, at_point, between_common_points, common_points
+from fretsolve.simulation.error_bars.quantity_estimates import TOTAL
 from fretsolve.simulation.simulation import increment_solver, states_of
 from fretsolve.system.arrays import BoolArray, DoubleArray
 

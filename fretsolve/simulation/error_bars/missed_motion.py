@@ -20,9 +20,20 @@ import numpy as np
 from fretsolve.case.history import TANGENTIAL
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, Summary
-from fretsolve.simulation.coarse_runs import values_of
-from fretsolve.simulation.least_errors import UNSHEARED
-from fretsolve.simulation.quantity_estimates import CONTACT, DELTA_X, DELTA_Y, DELTA_Z, MZ, QX, QY, STICK, TOTAL, WORK
+from fretsolve.simulation.error_bars.coarse_runs import values_of
+from fretsolve.simulation.error_bars.least_errors import UNSHEARED
+from fretsolve.simulation.error_bars.quantity_estimates import (
+    CONTACT,
+    DELTA_X,
+    DELTA_Y,
+    DELTA_Z,
+    MZ,
+    QX,
+    QY,
+    STICK,
+    TOTAL,
+    WORK,
+)
 from fretsolve.system.arrays import DoubleArray
 
 LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1

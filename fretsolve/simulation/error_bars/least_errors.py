@@ -14,7 +14,7 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.quantity_estimates import (
+from fretsolve.simulation.error_bars.quantity_estimates import (
     BY_AREA,
     CONTACT,
     CONTACT_EXTENTS,
@@ -31,9 +31,9 @@ from fretsolve.simulation.quantity_estimates import (
     TOTAL,
     WORK,
 )
-from fretsolve.simulation.shear_path import ShearPath
-from fretsolve.simulation.unseen_slip import UnseenSlip
-from fretsolve.simulation.zone_errors import SHARP_EDGE, ZoneErrors
+from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
+from fretsolve.simulation.error_bars.zone_errors import SHARP_EDGE, ZoneErrors
 from fretsolve.system.arrays import DoubleArray, FloatArray
 
 FLOOR_ORDER = 2.0

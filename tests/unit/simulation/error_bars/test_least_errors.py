@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.simulation.least_errors import _drop_beside_peak
+from fretsolve.simulation.error_bars.least_errors import _drop_beside_peak
 
 PEAK = np.array([[1.0, 2.0, 1.0], [4.0, 6.0, 5.0], [0.0, 3.0, 0.0]])
 

@@ -22,11 +22,11 @@ from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation import coarse_runs
-from fretsolve.simulation.coarse_runs import CoarseCounts, CoarseRun, CoarseRuns, coarse_counts, coarser
-from fretsolve.simulation.error_bars import ErrorBars, frictions_of, run_with_error_bars
-from fretsolve.simulation.path_points import PathPoint, common_points
-from fretsolve.simulation.zone_errors import UNSEEN_STICK
+from fretsolve.simulation.error_bars import coarse_runs
+from fretsolve.simulation.error_bars.coarse_runs import CoarseCounts, CoarseRun, CoarseRuns, coarse_counts, coarser
+from fretsolve.simulation.error_bars.error_bars import ErrorBars, frictions_of, run_with_error_bars
+from fretsolve.simulation.error_bars.path_points import PathPoint, common_points
+from fretsolve.simulation.error_bars.zone_errors import UNSEEN_STICK
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""
@@ -552,8 +552,8 @@ def test_bars_hold_what_increments_hide_near_gross_slip(monkeypatch: pytest.Monk
     path = [{"P": 400.0, "increments": 4}, {"Qx": 36.0, "increments": 4}]
     case = build(bodies=DISSIMILAR, grid={"points": 24}, load_path=path)
     summary, with_it = at_end(case)
-    monkeypatch.setattr("fretsolve.simulation.increment_factors.HIDDEN_ENERGY", 0.0)
-    monkeypatch.setattr("fretsolve.simulation.increment_factors.HIDDEN_MOTION", 0.0)
+    monkeypatch.setattr("fretsolve.simulation.error_bars.increment_factors.HIDDEN_ENERGY", 0.0)
+    monkeypatch.setattr("fretsolve.simulation.error_bars.increment_factors.HIDDEN_MOTION", 0.0)
     _, without = at_end(case)
     way = (36.0 / 40.0 / 4.0) / (4.0 / 40.0)  # more than is left, which counts as 1
     assert way > 1.0
@@ -584,7 +584,7 @@ def test_two_grids_of_smooth_bodies_and_of_others_count_by_their_own_factors(mon
     nothing = np.zeros(len(ESTIMATED))
     for changed, narrower in (("SMOOTH_SHOWN", "smooth"), ("SHOWN", "ends")):
         with monkeypatch.context() as patch:
-            patch.setattr(f"fretsolve.simulation.error_bars.{changed}", nothing)
+            patch.setattr(f"fretsolve.simulation.error_bars.error_bars.{changed}", nothing)
             after = {name: at_end(case)[1] for name, case in (("smooth", smooth), ("ends", ends))}
         for name, errors in after.items():
             assert (errors.delta_z_error < 0.99 * before[name].delta_z_error) is (name == narrower)

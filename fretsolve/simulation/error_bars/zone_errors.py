@@ -10,9 +10,9 @@ import numpy as np
 from fretsolve.case.history import Summary
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State, Zone
-from fretsolve.simulation.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
-from fretsolve.simulation.shear_path import ShearPath
-from fretsolve.simulation.unseen_slip import UnseenSlip
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
+from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import DoubleArray, vector_lengths
 
 CONTACT_EDGE = 0.008

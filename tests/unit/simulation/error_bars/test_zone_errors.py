@@ -13,11 +13,11 @@ from solving import build
 
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.least_errors import LeastErrors
-from fretsolve.simulation.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
-from fretsolve.simulation.shear_path import ShearPath
+from fretsolve.simulation.error_bars.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
+from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE
 from fretsolve.simulation.simulation import run
-from fretsolve.simulation.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]
 VARIED: dict[str, Any] = {
