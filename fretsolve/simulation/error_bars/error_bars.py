@@ -53,6 +53,9 @@ LIKE_BODIES = 0.5
 """What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, in a
 contact that grows."""
 
+LIKE_SHOWN = 0.85
+"""Factor on the errors that two grids show of smooth like bodies, whose pressure does not depend on where they slip."""
+
 UNLIKE_BODIES = 0.15
 """What unlike bodies take from the orders of `PRESSED`: their pressure has a kink where slip ends."""
 
@@ -212,7 +215,7 @@ class ErrorBars:
         least = self._least_errors.values(state, self._largest, self._shear_path)
         self._missed.add_to(least, summary)
         least[imposed] = 0.0
-        shown = SMOOTH_SHOWN if smooth else SHOWN
+        shown = SMOOTH_SHOWN * (1.0 if self._setup.model.coupled else LIKE_SHOWN) if smooth else SHOWN
         found: DoubleArray = np.linalg.norm([shown * half, shown * third, least], axis=0)
         return found
 

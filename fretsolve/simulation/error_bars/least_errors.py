@@ -11,7 +11,7 @@ import numpy as np
 from fretsolve.case.history import Summary
 from fretsolve.model.edges import Edge, edges, missed_area, rounding
 from fretsolve.model.required_terms import Model
-from fretsolve.result.state import State
+from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.quantity_estimates import (
@@ -36,13 +36,9 @@ from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.zone_errors import SHARP_EDGE, ZoneErrors
 from fretsolve.system.arrays import DoubleArray, FloatArray
 
-FLOOR_ORDER = 2.0
-"""Least error over the largest value so far: FLOOR (h/a)^FLOOR_ORDER, with the longer side h of a cell and the contact
-radius a."""
-
-DISSIPATED, DISSIPATED_FACETS = 0.2, 0.15
-"""Least error of the dissipated energy over its own value, over (h/a)^FLOOR_ORDER, and on facets of a height map over
-h/a."""
+DISSIPATED, DISSIPATED_FACETS = 0.15, 0.15
+"""Least error of the dissipated energy over its own value, over the mean (h/a)^2 of `_cells_over_contact`, and on
+facets of a height map over h/a with the longer side h of a cell and the contact radius a."""
 
 ROUNDED_EDGE = 0.25
 """Least error of radii over h where a rounding is longer than a cell, but in contact over less than one: its cells
@@ -52,13 +48,18 @@ RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
 
-MOMENT, MOMENT_ENDS, MOMENT_MAPS = 0.015, 0.04, 0.15
-"""Least error of Mx and My over (h/a)^FLOOR_ORDER P a, and of Mz with the shear force: they sum up tractions of
-opposite effect. Those at ends are largest. Also of Mx and My with the shear force where unlike bodies touch on a height
-map."""
+MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.04, 1.2
+"""Least error of Mx and My over (h/a)^2 P a, and of Mz with the shear force Q: they sum up tractions of opposite
+effect. Those at ends are largest. And of Mx and My between unlike bodies over (h/a)^2 beta Q a with Dundurs' constant
+beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres and on height maps."""
 
 TILT = 0.03
-"""Least error of tilts over (h/a)^FLOOR_ORDER delta_z/a. A tilt of delta_z/a takes a moment of about P a."""
+"""Least error of tilts over (h/a)^2 delta_z/a. A tilt of delta_z/a takes a moment of about P a."""
+
+ALONG_X = np.full(len(ESTIMATED), 0.5)
+"""Part of the cells' extent along x in the mean (h/a)^2 of each value, around the edge of a round contact. A moment or
+tilt about y has the lever x, which counts the edge's places by its square."""
+ALONG_X[[MX, ESTIMATED.index("phi_x")]], ALONG_X[[MY, ESTIMATED.index("phi_y")]] = 0.25, 0.75
 
 SHARP_MOMENT = 3.0
 """Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
@@ -104,7 +105,7 @@ cells, over one over the number of increments: coarse runs see next to no annulu
 class LeastErrors:
     """The least errors of a problem.
 
-    side: the longer side of a cell, mm; slender: it over the shorter one; sharp: whether a body ends within a cell;
+    cell: sides of a cell along x and y (mm), both alike in line contact; sharp: whether a body ends within a cell;
     ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
     length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
     (MPa) of their ridges beyond that of cells; maps: whether there are height maps; edges: tips and edges, where
@@ -113,8 +114,7 @@ class LeastErrors:
     """
 
     model: Model
-    side: float
-    slender: float
+    cell: tuple[float, float]
     sharp: bool
     ends: bool
     missed: float
@@ -126,9 +126,15 @@ class LeastErrors:
     uniform: bool = True
 
     @property
+    def side(self) -> float:
+        """The longer side of a cell, mm."""
+        return max(self.cell)
+
+    @property
     def _unseen_slip(self) -> UnseenSlip:
         """Slip that no cell shows."""
-        return UnseenSlip(self.model, self.side, self.slender, self.ends, self.edges, self.flat)
+        slender = self.side / min(self.cell)
+        return UnseenSlip(self.model, self.side, slender, self.ends, self.edges, self.flat)
 
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
@@ -139,12 +145,11 @@ class LeastErrors:
         radii = [radius for surface in surfaces if (radius := rounding(surface)) is not None]
         sharp = min(radii, default=math.inf) < side
         missed = max((missed_area(surface, setup.grid) for surface in surfaces), default=0.0) if sharp else 0.0
-        slender = 1.0 if setup.model.line else side / min(cell)
         found = edges(surfaces, setup.grid)
         maps = any(surface.kind == "heights" for surface in surfaces)
         flat = any(surface.kind == "punch" for surface in surfaces)
         uniform = not setup.case.friction_varies and setup.model.orthotropy is None
-        shape = side, slender, sharp, bool(radii), missed
+        shape = cell, sharp, bool(radii), missed
         return cls(setup.model, *shape, flattening, ridges, maps, found, flat, uniform)
 
     def values(self, state: State, largest: DoubleArray, shear_path: ShearPath) -> DoubleArray:
@@ -156,11 +161,13 @@ class LeastErrors:
         # Where the contact has opened, the largest one counts: its errors are those that are left.
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
-        least: DoubleArray = FLOOR * ratio**FLOOR_ORDER * largest
+        cells = self._cells_over_contact(summary, radius)
+        least: DoubleArray = FLOOR * cells * largest
+        on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
         zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self._unseen_slip)
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
-        least[[WORK, TOTAL]] = self._dissipated(state, ratio, shear_path)
-        self._add_moments_and_tilts(least, summary, largest, ratio)
+        least[[WORK, TOTAL]] = self._dissipated(state, math.hypot(DISSIPATED * cells[TOTAL], on_facets), shear_path)
+        self._add_moments_and_tilts(least, summary, largest, cells)
         if radius and (self.sharp or self._hardly_shows_edges(state)):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
@@ -169,11 +176,22 @@ class LeastErrors:
             least[PRESSURE] += self._hidden_pressure(state)
         return least
 
-    def _dissipated(self, state: State, ratio: float, shear_path: ShearPath) -> DoubleArray:
-        """Return those of the energy dissipated in the last increment and in all, (2,); ratio: side over radius."""
+    def _cells_over_contact(self, summary: Summary, radius: float) -> DoubleArray:
+        """Return the mean (h/a)^2 of each value of `ESTIMATED`, at most 1, for errors of second order in the cells.
+
+        The mean is over places on the edge of the contact, h is the extent of a cell across the edge. An ellipse on
+        cells as slender as it is counts like a circle on square ones.
+        """
+        widths = summary.contact_half_width_x, summary.contact_half_width_y
+        slender = widths[1] / widths[0] if min(widths) > 0.0 and not self.model.line else 1.0
+        along_x, along_y = self.cell[0] ** 2 * slender, self.cell[1] ** 2 / slender
+        mean: DoubleArray = ALONG_X * along_x + (1.0 - ALONG_X) * along_y
+        return np.minimum(mean / radius**2, 1.0) if radius else np.ones_like(mean)
+
+    def _dissipated(self, state: State, part: float, shear_path: ShearPath) -> DoubleArray:
+        """Return those of the energy dissipated in the last increment and in all, (2,); part: of what is dissipated."""
         summary, unseen = state.summary, self._unseen_slip
-        on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
-        least = math.hypot(DISSIPATED * ratio**FLOOR_ORDER, on_facets) * np.array([summary.work, summary.work_total])
+        least = part * np.array([summary.work, summary.work_total])
         least += unseen.energies_of_annulus(summary, shear_path.before)
         least += np.array([shear_path.last_thin, shear_path.thin])
         walked = np.array([shear_path.last, shear_path.length])
@@ -184,17 +202,19 @@ class LeastErrors:
         least += unseen.at_sharp_edges(state, shear_path.largest) * ways * np.array([part, 1.0])
         return least
 
-    def _add_moments_and_tilts(self, least: DoubleArray, summary: Summary, largest: DoubleArray, ratio: float) -> None:
-        """Add what sums of tractions of opposite effect miss, and tilts by them; ratio: side over contact radius."""
-        arm = ratio**FLOOR_ORDER * summary.contact_radius
+    def _add_moments_and_tilts(
+        self, least: DoubleArray, summary: Summary, largest: DoubleArray, cells: DoubleArray
+    ) -> None:
+        """Add what sums of tractions of opposite effect miss, and tilts by them; cells: (h/a)^2 of each value."""
+        arm, shear = cells * summary.contact_radius, float(np.hypot(largest[QX], largest[QY]))
+        mismatch = abs(self.model.compliances.dundurs_constant) if self.model.coupled else 0.0
         opposite = MOMENT_ENDS if self.ends else MOMENT
-        shear = float(np.hypot(largest[QX], largest[QY]))
-        on_maps = MOMENT_MAPS * shear if self.model.coupled and self.maps else 0.0
-        least[[MX, MY]] = np.hypot(least[[MX, MY]], arm * math.hypot(opposite * summary.P, on_maps))
-        least[MZ] = math.hypot(least[MZ], arm * opposite * shear)
+        force = math.hypot(opposite * summary.P, MOMENT_SHEARED * mismatch * shear)
+        least[[MX, MY]] = np.hypot(least[[MX, MY]], force * arm[[MX, MY]])
+        least[MZ] = math.hypot(least[MZ], opposite * shear * float(arm[MZ]))
         if summary.contact_radius:
-            turn = TILT * ratio**FLOOR_ORDER * float(largest[DELTA_Z]) / summary.contact_radius
-            least[TILTS] = np.hypot(least[TILTS], turn)
+            turn = TILT * float(largest[DELTA_Z]) / summary.contact_radius
+            least[TILTS] = np.hypot(least[TILTS], turn * cells[TILTS])
 
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
         """Add what the outline of a sharp body misses, or of one whose rounding cells hardly show.
