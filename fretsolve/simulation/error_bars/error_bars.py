@@ -53,7 +53,7 @@ LIKE_BODIES = 0.5
 """What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, in a
 contact that grows."""
 
-LIKE_SHOWN = 0.85
+LIKE_SHOWN = 0.8
 """Factor on the errors that two grids show of smooth like bodies, whose pressure does not depend on where they slip."""
 
 UNLIKE_BODIES = 0.15
@@ -172,7 +172,7 @@ class ErrorBars:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
-        middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary, count)
+        middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary)
         unloaded = of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD]))
         self._missed = self._missed.after(middle, edge, unloaded)
         if count == 1 and summary.contact_radius:
@@ -284,6 +284,7 @@ class ErrorBars:
             sheared_at_once=at_once,
             coarsest=self._shear_path.coarsest,
             askew=self._askew,
+            ends=self._least_errors.ends,
         )
 
     def _linked(self, change: DoubleArray) -> DoubleArray:

@@ -48,6 +48,9 @@ them; and least relative errors of the energy and of tangential values, over the
 leaves, 1 at most. Pressure and slip act on each other so much there that the energy may hardly change with twice and
 four times the increments, and by some per cent with more."""
 
+ENDED = 0.7
+"""Factor on all these of values as run where a body ends: its contact hardly grows from increment to increment."""
+
 TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
 """Which of the values are tangential loads and displacements."""
 
@@ -66,7 +69,7 @@ class Steps:
 
     alone: whether the stage has one increment; pressed_at_once: whether one has pressed unlike bodies, and
     sheared_at_once: whether another one has sheared these; coarsest: the longest way of an increment over what it left
-    of the friction limit; askew: whether pressing has moved unlike bodies sideways.
+    of the friction limit; askew: whether pressing has moved unlike bodies sideways; ends: whether a body ends.
     """
 
     alone: bool = False
@@ -74,6 +77,7 @@ class Steps:
     sheared_at_once: bool = False
     coarsest: float = 0.0
     askew: bool = False
+    ends: bool = False
 
     def factors(self) -> tuple[DoubleArray, DoubleArray]:
         """Return the factors on the errors of values as run and corrected.
@@ -99,7 +103,7 @@ class Steps:
         for which, least, least_corrected in widened:
             safety[which] = np.maximum(safety[which], least)
             corrected[which] = np.maximum(corrected[which], least_corrected)
-        return safety, corrected
+        return safety * (ENDED if self.ends else 1.0), corrected
 
 
 def pressed_at_once(setup: ProblemSetup) -> bool:

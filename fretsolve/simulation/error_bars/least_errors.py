@@ -48,7 +48,7 @@ RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
 
-MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.04, 1.2
+MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.045, 1.2
 """Least error of Mx and My over (h/a)^2 P a, and of Mz with the shear force Q: they sum up tractions of opposite
 effect. Those at ends are largest. And of Mx and My between unlike bodies over (h/a)^2 beta Q a with Dundurs' constant
 beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres and on height maps."""
@@ -84,13 +84,18 @@ THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
 """Least relative error of what an increment dissipates in an annulus thinner than THIN_SLIP_CELLS cells, over h over
 its width, which counts as THINNEST_SLIP h at least."""
 
+SLIP_MEETS = 1.4
+"""By how much slip towards a stick zone that no cell sees raises the largest pressure at most, over mu beta p (1 +
+ln(h/c)) with the radius c of that zone. Compared with fine grids it was up to 1.2 times that without the logarithm."""
+
 STRETCH, UNTILTED = 0.15, 1e-3
 """Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
 tilt times the contact radius over the approach from which on they count as tilted."""
 
-EARLY_EDGE = 0.3
-"""Least error of the stick radius in the first stage, over the contact radius, after one increment between unlike
-bodies. After k increments it is that over k squared."""
+EARLY_EDGE, EARLY_ORDER = 0.3, 1.5
+"""Least error of the stick radius in the first stage of unlike bodies, over the contact radius, after one increment.
+After k increments it is that over k^EARLY_ORDER. Where few cells of the coarse grid stick, other increments move none
+of them."""
 
 UNSHEARED = 1e-3
 """Part of the friction limit below which a load is one of pressing alone."""
@@ -164,7 +169,7 @@ class LeastErrors:
         cells = self._cells_over_contact(summary, radius)
         least: DoubleArray = FLOOR * cells * largest
         on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
-        zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self._unseen_slip)
+        zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self.maps, self._unseen_slip)
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, math.hypot(DISSIPATED * cells[TOTAL], on_facets), shear_path)
         self._add_moments_and_tilts(least, summary, largest, cells)
@@ -269,7 +274,8 @@ class LeastErrors:
         if not self.model.coupled or not stick:
             return 0.0
         rise = 1.0 + math.log(self.side / stick) if stick < self.side else self.side / stick
-        return self.model.friction * abs(self.model.compliances.dundurs_constant) * rise * summary.max_pressure
+        mismatch = abs(self.model.compliances.dundurs_constant)
+        return SLIP_MEETS * self.model.friction * mismatch * rise * summary.max_pressure
 
     def unseen_middle(self, summary: Summary) -> float:
         """Return the least error (mm) of the displacements of unlike bodies that are tilted, or 0.
@@ -284,15 +290,11 @@ class LeastErrors:
         mismatch = abs(self.model.compliances.dundurs_constant) / self.model.compliances.contact_modulus
         return STRETCH * mismatch * summary.max_pressure * self.side
 
-    def early_edge(self, summary: Summary, count: int) -> float:
-        """Return the least error (mm) of the stick radius in the first stage of unlike bodies, but at its end, or 0.
-
-        count: number of increments of the stage.
-        """
-        made = summary.step + 1
-        if not self.model.coupled or summary.stage > 1 or made == count:
+    def early_edge(self, summary: Summary) -> float:
+        """Return the least error (mm) of the stick radius in the first stage of unlike bodies, 0 of others."""
+        if not self.model.coupled or summary.stage > 1:
             return 0.0
-        return EARLY_EDGE * summary.contact_radius / made**2
+        return EARLY_EDGE * summary.contact_radius / math.pow(summary.step + 1, EARLY_ORDER)
 
     def thin_slip(self, summary: Summary, count: int) -> float:
         """Return the least error (mJ) of what an increment dissipates in an annulus thinner than cells, or 0.

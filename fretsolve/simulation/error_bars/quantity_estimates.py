@@ -26,9 +26,9 @@ class QuantityEstimate:
 
     order: float = 1.0
     smooth_order: float = 1.6
-    shown: float = 0.85
+    shown: float = 0.7
     smooth_shown: float = 1.0
-    safety: float = 2.5
+    safety: float = 2.4
     linked: float = 0.0
     floor: float = 0.07
 
@@ -37,14 +37,14 @@ class QuantityEstimate:
 BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0, smooth_shown=0.9)
 # Their change by the increments on the coarse grid is mostly that of the edge within the cells.
 END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, shown=1.0, safety=2.0)
-ENERGY = QuantityEstimate(order=0.75, smooth_order=1.3, smooth_shown=1.3, safety=2.0)
+ENERGY = QuantityEstimate(order=0.75, smooth_order=1.3, smooth_shown=1.4, safety=1.9)
 DIFFERENT = {
     **dict.fromkeys(("P", "delta_z"), BY_LOAD),
     "contact_radius": QuantityEstimate(smooth_order=2.0, smooth_shown=0.75),
     "stick_radius": QuantityEstimate(shown=0.75, smooth_shown=0.75, safety=1.0, linked=0.2),
     "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.2),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
-    **dict.fromkeys(("phi_x", "phi_y"), QuantityEstimate(shown=0.7, smooth_shown=0.7)),
+    **dict.fromkeys(("phi_x", "phi_y"), QuantityEstimate(smooth_shown=0.7)),
     **dict.fromkeys(("work", "work_total"), ENERGY),
     **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=0.85, linked=0.3)),
 }

@@ -15,8 +15,9 @@ from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import DoubleArray, vector_lengths
 
-CONTACT_EDGE = 0.008
-"""Least error of the contact radius over h; that of a stick zone which fills the contact is the same."""
+CONTACT_EDGE, MAP_EDGE = 0.008, 0.0105
+"""Least error of the contact radius over h, and on height maps; that of a stick zone which fills the contact is the
+same."""
 
 FEW_CONTACT, FEW_CELLS, FEW_ORDER = 0.4, 1.5, 4
 """The same of contacts of few cells, over h, up to a radius of FEW_CELLS h; with the power FEW_ORDER of h/a less
@@ -57,13 +58,14 @@ class ZoneErrors:
     """The least errors of the zones of a problem.
 
     side: the longer side of a cell (mm); ends: whether a body ends; uniform: whether the friction limit is everywhere
-    the model's coefficient times the pressure; unseen: the slip that no cell shows.
+    the model's coefficient times the pressure; maps: whether there are height maps; unseen: slip that no cell shows.
     """
 
     model: Model
     side: float
     ends: bool
     uniform: bool
+    maps: bool
     unseen: UnseenSlip
 
     def put_into(self, least: DoubleArray, state: State, outline: float, ratio: float, shear_path: ShearPath) -> None:
@@ -82,7 +84,8 @@ class ZoneErrors:
         """Return the least error (mm) of the contact radius, and of a stick radius that is as large."""
         small = FEW_CELLS * self.side
         few = small / max(summary.contact_radius, small) if summary.contact_radius else 0.0
-        edge = math.hypot(CONTACT_EDGE * _slenderness(summary), FEW_CONTACT * few**FEW_ORDER)
+        smallest = MAP_EDGE if self.maps else CONTACT_EDGE
+        edge = math.hypot(smallest * _slenderness(summary), FEW_CONTACT * few**FEW_ORDER)
         return math.hypot(edge * self.side, outline)
 
     def _stick_radius(self, summary: Summary, outline: float, ratio: float, shear_path: ShearPath) -> float:
