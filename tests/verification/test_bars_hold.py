@@ -554,6 +554,53 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             3: {"My": -0.25926, "work_total": 0.026893, "stick_radius": 0.068574},
         },
     ),
+    "the moment of a sphere sheared on an unlike body": (
+        {
+            "bodies": [
+                {"young_modulus": 10000.0, "poisson_ratio": 0.45},
+                {"young_modulus": 33703.7, "poisson_ratio": 0.2},
+            ],
+            "surface": {"sphere": {"radius": 5.703}},
+            "friction": 0.788,
+            "grid": {"points": 28, "size": [1.0567, 1.0249]},
+            "load_path": [
+                {"P": 122.8, "increments": 8},
+                {"Qx": 54.19, "increments": 5},
+                {"Qx": 72.74, "Qy": 26.48, "increments": 3, "spacing": "graded"},
+            ],
+        },
+        {2: {"My": -0.277657}, 3: {"My": -0.405902, "Mx": -0.137927}},
+    ),
+    "a stick zone that a single increment presses": (
+        {
+            "bodies": ["rigid", {"young_modulus": 41700.0, "poisson_ratio": 0.1}],
+            "surface": {"sphere": {"radius": 4.89}},
+            "friction": 0.222,
+            "grid": {"points": 32, "size": [0.5455, 0.6126]},
+            "load_path": [{"P": 74.96, "increments": 1}],
+        },
+        {1: {"stick_radius": 0.0722459, "contact_radius": 0.183109}},
+    ),
+    "a peak where slip meets within two cells": (
+        {
+            "bodies": ["rigid", {"young_modulus": 5200.0, "poisson_ratio": 0.03}],
+            "surface": {"sphere": {"radius": 5.812}},
+            "friction": 0.168,
+            "grid": {"points": 24, "size": [1.8871, 1.9523]},
+            "load_path": [{"P": 238.5, "increments": 12}, {"Mz": 3.865, "increments": 12}],
+        },
+        {1: {"max_pressure": 425.033}, 2: {"max_pressure": 425.476}},
+    ),
+    "the same of a crowned cylinder, which no cell sees": (
+        {
+            "bodies": ["rigid", {"young_modulus": 27800.0, "poisson_ratio": 0.05}],
+            "surface": {"cylinder": {"radius": 2.29, "axis": "y", "crown_radius": 22.9}},
+            "friction": 0.147,
+            "grid": {"points": [24, 64], "size": [0.1758, 0.8639]},
+            "load_path": [{"P": 14.89, "increments": 4}],
+        },
+        {1: {"max_pressure": 491.535}},
+    ),
 }
 
 

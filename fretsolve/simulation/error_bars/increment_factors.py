@@ -49,7 +49,7 @@ leaves, 1 at most. Pressure and slip act on each other so much there that the en
 four times the increments, and by some per cent with more."""
 
 ENDED = 0.7
-"""Factor on all these of values as run where a body ends: its contact hardly grows from increment to increment."""
+"""Factor on all of these where a body ends, whose contact hardly grows from increment to increment."""
 
 TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
 """Which of the values are tangential loads and displacements."""
@@ -103,7 +103,7 @@ class Steps:
         for which, least, least_corrected in widened:
             safety[which] = np.maximum(safety[which], least)
             corrected[which] = np.maximum(corrected[which], least_corrected)
-        return safety * (ENDED if self.ends else 1.0), corrected
+        return (safety * ENDED, corrected * ENDED) if self.ends else (safety, corrected)
 
 
 def pressed_at_once(setup: ProblemSetup) -> bool:

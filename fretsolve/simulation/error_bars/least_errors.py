@@ -193,10 +193,10 @@ class LeastErrors:
         mean: DoubleArray = ALONG_X * along_x + (1.0 - ALONG_X) * along_y
         return np.minimum(mean / radius**2, 1.0) if radius else np.ones_like(mean)
 
-    def _dissipated(self, state: State, part: float, shear_path: ShearPath) -> DoubleArray:
-        """Return those of the energy dissipated in the last increment and in all, (2,); part: of what is dissipated."""
+    def _dissipated(self, state: State, relative: float, shear_path: ShearPath) -> DoubleArray:
+        """Return those of the energy dissipated in the last increment and in all, (2,); relative: by their own size."""
         summary, unseen = state.summary, self._unseen_slip
-        least = part * np.array([summary.work, summary.work_total])
+        least = relative * np.array([summary.work, summary.work_total])
         least += unseen.energies_of_annulus(summary, shear_path.before)
         least += np.array([shear_path.last_thin, shear_path.thin])
         walked = np.array([shear_path.last, shear_path.length])

@@ -64,6 +64,12 @@ def test_long_increments_have_larger_factors(
     assert safety[STICK] == (ALONE if steps.pressed_at_once else SAFETY[STICK])
 
 
+@pytest.mark.parametrize("steps", [Steps(), Steps(pressed_at_once=True, sheared_at_once=True)])
+def test_bodies_that_end_have_smaller_factors(steps: Steps) -> None:
+    for ended, other in zip(replace(steps, ends=True).factors(), steps.factors(), strict=True):
+        assert ended == pytest.approx(0.7 * other, rel=1e-12)
+
+
 PRESSED = replace(next(fake_states(1)).summary, P=400.0, Qx=0.0, Qy=0.0, Mz=0.0, contact_radius=0.3)
 
 

@@ -2,12 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 import pytest
+from fake_states import fake_states
+from line_cases import line_case
+from solving import DISSIMILAR, SIMILAR, build
 
-from fretsolve.simulation.error_bars.least_errors import _drop_beside_peak
+from fretsolve.case.history import Summary
+from fretsolve.result.state import ESTIMATED
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.error_bars.least_errors import (
+    EARLY_EDGE,
+    MOMENT,
+    MOMENT_SHEARED,
+    SLIP_MEETS,
+    LeastErrors,
+    _drop_beside_peak,
+)
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX
+from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
 PEAK = np.array([[1.0, 2.0, 1.0], [4.0, 6.0, 5.0], [0.0, 3.0, 0.0]])
+ROUND = replace(
+    next(fake_states(1)).summary,
+    P=400.0,
+    contact_radius=0.3,
+    contact_half_width_x=0.3,
+    contact_half_width_y=0.3,
+    max_pressure=2000.0,
+)
 
 
 @pytest.mark.parametrize(
@@ -20,3 +46,90 @@ PEAK = np.array([[1.0, 2.0, 1.0], [4.0, 6.0, 5.0], [0.0, 3.0, 0.0]])
 )
 def test_the_pressure_drops_beside_its_peak(pressure, drop):
     assert _drop_beside_peak(pressure) == drop
+
+
+def least_errors(cell: tuple[float, float] = (0.03, 0.03), **parts: Any) -> LeastErrors:
+    """Return those of a sphere on cells of these sides."""
+    return replace(LeastErrors.of(set_up(build(grid={"points": 16}, **parts))), cell=cell)
+
+
+def over_contact(cell: tuple[float, float], summary: Summary = ROUND, **parts: Any) -> np.ndarray:
+    return least_errors(cell, **parts)._cells_over_contact(summary, summary.contact_radius)
+
+
+def test_square_cells_in_a_round_contact_count_alike() -> None:
+    assert over_contact((0.03, 0.03)) == pytest.approx(np.full(len(ESTIMATED), 0.01), rel=1e-12)
+
+
+def test_slender_cells_count_by_their_extent_across_the_edge() -> None:
+    """Against the mean over the edge of dx^2 cos^2 + dy^2 sin^2, for moments and tilts with the square of the lever."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 1000, endpoint=False)
+    across = (0.06 * np.cos(angles)) ** 2 + (0.006 * np.sin(angles)) ** 2
+    levers = {"My": np.cos(angles) ** 2, "phi_y": np.cos(angles) ** 2, "Mx": np.sin(angles) ** 2}
+    found = over_contact((0.06, 0.006))
+    for name in ("delta_z", "Mz", "work_total", *levers):
+        mean = np.average(across, weights=levers.get(name)) / 0.3**2
+        assert found[ESTIMATED.index(name)] == pytest.approx(mean, rel=1e-9)
+
+
+def test_an_ellipse_on_cells_as_slender_counts_like_a_circle() -> None:
+    ellipse = replace(ROUND, contact_half_width_x=0.6, contact_half_width_y=0.15)
+    assert over_contact((0.06, 0.015), ellipse) == pytest.approx(over_contact((0.03, 0.03)), rel=1e-12)
+    assert over_contact((0.015, 0.06), ellipse)[DELTA_Z] > 3.5 * over_contact((0.015, 0.06))[DELTA_Z]
+
+
+def test_cells_count_as_the_contact_at_most() -> None:
+    assert over_contact((0.5, 0.5)).tolist() == [1.0] * len(ESTIMATED)
+    opened = least_errors()._cells_over_contact(ROUND, 0.0)
+    assert opened.tolist() == [1.0] * len(ESTIMATED)
+    open_now = replace(ROUND, contact_half_width_x=0.0, contact_half_width_y=0.0)
+    assert over_contact((0.03, 0.03), open_now) == pytest.approx(over_contact((0.03, 0.03)), rel=1e-12)
+
+
+def test_a_line_contact_counts_its_cells_across() -> None:
+    least = LeastErrors.of(set_up(line_case()))
+    summary = replace(ROUND, contact_half_width_y=5.0)  # half of a length of the axis that is unlike its cells
+    assert least._cells_over_contact(summary, 0.3) == pytest.approx(np.full(len(ESTIMATED), (least.side / 0.3) ** 2))
+
+
+@pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR])
+def test_shear_adds_to_the_moments_of_unlike_bodies_alone(bodies: Any) -> None:
+    least = least_errors(bodies=bodies, friction=0.3)
+    largest = np.zeros(len(ESTIMATED))
+    largest[QX] = 100.0
+    found = np.zeros(len(ESTIMATED))
+    least._add_moments_and_tilts(found, ROUND, largest, np.full(len(ESTIMATED), 0.01))
+    mismatch = abs(least.model.compliances.dundurs_constant)
+    assert (mismatch > 0.0) is (bodies is DISSIMILAR)
+    expected = 0.01 * 0.3 * np.hypot(MOMENT * 400.0, MOMENT_SHEARED * mismatch * 100.0)
+    assert found[[MX, MY]].tolist() == pytest.approx([expected, expected], rel=1e-12)
+    assert found[MZ] == pytest.approx(0.01 * 0.3 * MOMENT * 100.0, rel=1e-12)
+
+
+def test_few_increments_press_stick_zones_of_unlike_bodies_that_are_uncertain() -> None:
+    unlike, like = least_errors(bodies=DISSIMILAR, friction=0.3), least_errors(bodies=SIMILAR, friction=0.3)
+    after = [replace(ROUND, step=step, stage=1) for step in range(4)]
+    found = [unlike.early_edge(summary) for summary in after]
+    assert found == pytest.approx([EARLY_EDGE * 0.3 / made**1.5 for made in (1, 2, 3, 4)], rel=1e-12)
+    assert unlike.early_edge(replace(ROUND, step=4, stage=2)) == like.early_edge(after[0]) == 0.0
+
+
+def test_slip_that_meets_within_a_cell_raises_the_pressure() -> None:
+    """The more, the smaller Spence's stick zone is against the cell; not between like bodies."""
+    low, high = (least_errors((0.06, 0.06), bodies=DISSIMILAR, friction=friction) for friction in (0.02, 0.3))
+    rise = [
+        one._where_slip_meets(ROUND) / (one.model.friction * abs(one.model.compliances.dundurs_constant) * 2000.0)
+        for one in (low, high)
+    ]
+    assert rise[0] > SLIP_MEETS > rise[1] > 0.0
+    assert least_errors(bodies=SIMILAR, friction=0.3)._where_slip_meets(ROUND) == 0.0
+
+
+def test_the_edge_of_a_contact_on_a_height_map_is_less_certain() -> None:
+    least = least_errors()
+    plain, on_map = (
+        ZoneErrors(least.model, 0.03, False, True, maps, least._unseen_slip)._contact_radius(ROUND, 0.0)
+        for maps in (False, True)
+    )
+    assert plain == pytest.approx(CONTACT_EDGE * 0.03, rel=0.01)
+    assert on_map == pytest.approx(MAP_EDGE * 0.03, rel=0.01)
