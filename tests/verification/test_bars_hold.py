@@ -554,6 +554,16 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             3: {"My": -0.25926, "work_total": 0.026893, "stick_radius": 0.068574},
         },
     ),
+    "the turn of a cylinder with sharp ends": (
+        {
+            "bodies": 2 * [{"young_modulus": 301200.0, "poisson_ratio": 0.18}],
+            "surface": {"cylinder": {"radius": 1.604, "axis": "y", "length": 0.2406}},
+            "friction": 0.099,
+            "grid": {"points": [24, 64], "size": [0.0921, 0.3814]},
+            "load_path": [{"P": 12.93}, {"Mz": 0.02543, "increments": 12, "spacing": "graded"}],
+        },
+        {2: {"phi_z": 1.3155e-4}},
+    ),
     "the moment of a sphere sheared on an unlike body": (
         {
             "bodies": [

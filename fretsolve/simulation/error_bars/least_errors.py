@@ -29,6 +29,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     STICK_EXTENTS,
     TILTS,
     TOTAL,
+    TURNS,
     WORK,
 )
 from fretsolve.simulation.error_bars.shear_path import ShearPath
@@ -62,8 +63,8 @@ tilt about y has the lever x, which counts the edge's places by its square."""
 ALONG_X[[MX, ESTIMATED.index("phi_x")]], ALONG_X[[MY, ESTIMATED.index("phi_y")]] = 0.25, 0.75
 
 SHARP_MOMENT = 3.0
-"""Least relative error of moments over that of the radius of a sharp outline: at a given rotation they go with the
-third power of the radius."""
+"""Least relative error of moments and turns over that of the radius of a sharp outline: at a given turn a moment goes
+with the third power of the radius."""
 
 PEAK = 3.0
 """Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
@@ -229,7 +230,7 @@ class LeastErrors:
         moments, deep = [MX, MY, MZ], math.hypot(outline, self.missed)
         least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
         least[BY_AREA] = np.hypot(least[BY_AREA], deep * largest[BY_AREA])
-        least[TILTS] = np.hypot(least[TILTS], SHARP_MOMENT * deep * largest[TILTS])
+        least[TURNS] = np.hypot(least[TURNS], SHARP_MOMENT * deep * largest[TURNS])
 
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what heights miss that are finer than the cells, but for the largest pressure."""

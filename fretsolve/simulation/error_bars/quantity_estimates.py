@@ -79,9 +79,12 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
 SHEAR_LOADS = np.array([QX, QY, MZ])
 """Places of the tangential loads."""
 
-BY_AREA = np.array([LOAD, QX, QY, DELTA_X, DELTA_Y, DELTA_Z, ESTIMATED.index("phi_z")])
-"""Places of the forces, the displacements and the turn about z: on a larger area displacements take more force, and
-loads less displacement."""
+BY_AREA = np.array([LOAD, QX, QY, DELTA_X, DELTA_Y, DELTA_Z])
+"""Places of the forces and displacements: on a larger area displacements take more force, and loads less
+displacement."""
 
 TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
 """Places of the tilts."""
+
+TURNS = np.array([*TILTS, ESTIMATED.index("phi_z")])
+"""Places of the tilts and of the turn about z."""
