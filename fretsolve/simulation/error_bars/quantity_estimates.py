@@ -35,8 +35,9 @@ class QuantityEstimate:
 
 # Their edges, where the pressure falls smoothly, are found to a small part of a cell, on all grids.
 BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0, smooth_shown=0.9)
-# Their change by the increments on the coarse grid is mostly that of the edge within the cells.
-END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, shown=1.0, safety=2.0)
+# Their change by the increments on the coarse grid is mostly that of the edge within the cells. What grids show of them
+# counts in full also between like bodies.
+END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, shown=1.0, smooth_shown=1.25, safety=2.0)
 ENERGY = QuantityEstimate(order=0.75, smooth_order=1.3, smooth_shown=1.4, safety=1.9)
 DIFFERENT = {
     **dict.fromkeys(("P", "delta_z"), BY_LOAD),
