@@ -24,8 +24,9 @@ from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import coarse_runs
 from fretsolve.simulation.error_bars.coarse_runs import CoarseCounts, CoarseRun, CoarseRuns, coarse_counts, coarser
-from fretsolve.simulation.error_bars.error_bars import ErrorBars, frictions_of, run_with_error_bars
+from fretsolve.simulation.error_bars.error_bars import LIKE_SHOWN, ErrorBars, frictions_of, run_with_error_bars
 from fretsolve.simulation.error_bars.path_points import PathPoint, common_points
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT_EXTENTS, SMOOTH_SHOWN
 from fretsolve.simulation.error_bars.zone_errors import UNSEEN_STICK
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
@@ -589,6 +590,18 @@ def test_two_grids_of_smooth_bodies_and_of_others_count_by_their_own_factors(mon
         for name, errors in after.items():
             assert (errors.delta_z_error < 0.99 * before[name].delta_z_error) is (name == narrower)
             assert (errors.delta_z_error == before[name].delta_z_error) is (name != narrower)
+
+
+@pytest.mark.parametrize(
+    ("surface", "ends"), [({"sphere": {"radius": 10.0}}, False), ({"punch": {"radius": 0.3}}, True)]
+)
+def test_increments_count_less_where_a_body_ends(surface: dict[str, Any], ends: bool) -> None:
+    setup = set_up(build(surface=surface, grid={"points": 24, "size": 0.9}, load_path=[{"P": 100.0}, {"Qx": 5.0}]))
+    assert ErrorBars(setup)._steps(0).ends is ends
+
+
+def test_ends_of_zones_between_like_bodies_hold_what_grids_show() -> None:
+    assert SMOOTH_SHOWN[CONTACT_EXTENTS].tolist() == pytest.approx([1.0 / LIKE_SHOWN] * len(CONTACT_EXTENTS))
 
 
 def test_bars_keep_the_largest_change_by_increments() -> None:

@@ -106,6 +106,15 @@ def test_shear_adds_to_the_moments_of_unlike_bodies_alone(bodies: Any) -> None:
     assert found[MZ] == pytest.approx(0.01 * 0.3 * MOMENT * 100.0, rel=1e-12)
 
 
+def test_shear_adds_nothing_to_moments_where_pressure_does_not_depend_on_it() -> None:
+    least = least_errors(bodies=DISSIMILAR, friction=0.3, coupling="tangential")
+    largest, found = np.zeros(len(ESTIMATED)), np.zeros(len(ESTIMATED))
+    largest[QX] = 100.0
+    least._add_moments_and_tilts(found, ROUND, largest, np.full(len(ESTIMATED), 0.01))
+    assert least.model.compliances.dundurs_constant != 0.0
+    assert found[MY] == pytest.approx(0.01 * 0.3 * MOMENT * 400.0, rel=1e-12)
+
+
 def test_few_increments_press_stick_zones_of_unlike_bodies_that_are_uncertain() -> None:
     unlike, like = least_errors(bodies=DISSIMILAR, friction=0.3), least_errors(bodies=SIMILAR, friction=0.3)
     after = [replace(ROUND, step=step, stage=1) for step in range(4)]
