@@ -12,6 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from line_cases import FRICTION as LINE_FRICTION
+from line_cases import HERTZ as LINE_HERTZ
+from line_cases import LOAD as LINE_LOAD
+from line_cases import line_case
 from solving import DISSIMILAR, SIMILAR, SPHERE, build
 
 from fretsolve.case.models import Case
@@ -853,6 +857,20 @@ def test_bars_of_an_opened_contact_are_those_of_its_errors() -> None:
     assert ends[2][0].max_pressure == 0.0
     assert opened.max_pressure_error < 0.01 * pressed.max_pressure
     assert abs(ends[2][0].delta_z) < opened.delta_z_error < 0.02 * pressed.delta_z
+
+
+@pytest.mark.parametrize("points", [32, 64, 96])
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_bars_hold_the_stick_zone_of_a_reversed_line_contact(share: float, points: int) -> None:
+    """Its edge is where it was before the reversal, a (1 - Q/mu P)^(1/2)."""
+    shear_force = share * LINE_FRICTION * LINE_LOAD
+    path = [{"P": LINE_LOAD}, {"Qx": shear_force, "increments": 2}, {"Qx": -shear_force, "increments": 2}]
+    ends = ends_of_stages(line_case(grid={"points": points}, load_path=path))
+    exact = LINE_HERTZ.half_width * math.sqrt(1.0 - share)
+    for stage in (2, 3):
+        summary, errors = ends[stage]
+        assert abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.06 * LINE_HERTZ.half_width
+    assert ends[3][1].stick_radius_error > ends[2][1].stick_radius_error
 
 
 @pytest.mark.parametrize("points", [32, 48, 64])
