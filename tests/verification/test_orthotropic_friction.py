@@ -46,7 +46,8 @@ def test_certified():
 def test_turned_axes_turn_the_solution():
     straight = driven(PAIR, Qx=30.0, Qy=30.0)
     quarter = driven({"coefficient": [0.1, 0.2], "angle": "90 deg"}, Qx=30.0, Qy=30.0)
-    assert quarter.fields.shear == pytest.approx(straight.fields.shear, abs=1e-6)
+    # Both are solved to 1e-6 of some 170 MPa; how far rounding takes them apart depends on the machine.
+    assert quarter.fields.shear == pytest.approx(straight.fields.shear, abs=1e-5)
     half = driven({**PAIR, "angle": "45 deg"}, Qx=0.0, Qy=30.0 * math.sqrt(2.0)).summary
     cosine = math.sqrt(0.5)
     turned = cosine * (half.delta_x + half.delta_y), cosine * (half.delta_y - half.delta_x)
@@ -98,7 +99,7 @@ class TestUnderBulkStress:
         turned = solve(friction={**PAIR, "angle": "90 deg"}, load_path=[pressed, *along("y")], **parts)
         for one, other in zip(straight, turned, strict=True):
             assert one.fields.shear[0] == pytest.approx(other.fields.shear[1].T, abs=1e-3)
-            assert one.summary.delta_x == pytest.approx(other.summary.delta_y, rel=1e-6, abs=1e-12)
+            assert one.summary.delta_x == pytest.approx(other.summary.delta_y, rel=1e-6, abs=1e-10)
             assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=1e-6)
 
     @pytest.mark.parametrize("angle", [0.0, 0.5])
