@@ -41,3 +41,11 @@ AT_THE_LIMIT, UNLIKE = 1e-5, 0.1
 """Reserve over the friction limit up to which a sticking cell is at the limit. Then the slip past the front, which goes
 like s^(3/2) where the front has moved by some cells, gives its place: on a front along the cells to 0.08 of h. The
 cells are counted where the slip of the third cell is farther from that law than the latter part of it."""
+
+HARDLY, OF_THE_WHOLE = 0.02, 0.4
+"""The slip past a front since the first load belongs to the reserve, rather than that in the increment, if the inner
+cell has not slipped (by HARDLY of the outer one's increment at most), and the slip since then is at least OF_THE_WHOLE
+of that in the increment. It is half of that where a load has come back to its amplitude: the slip has doubled, and the
+reserve has not, since the first load left a kink in the shear traction at the same front. Without this, a stick zone
+would be smaller by up to 0.18 of h there. In increments that move the front by less than a cell, the slip since the
+first load is all that there is past it."""

@@ -18,12 +18,14 @@ from fretsolve.kernels.zone_laws import (
     AT_THE_LIMIT,
     GAINED,
     GAINED_BEYOND,
+    HARDLY,
     INSET,
     LEVER,
     LEVER_ALONG,
     LEVER_MOST,
     LEVER_SLANTING,
     LIKE_A_ROOT,
+    OF_THE_WHOLE,
     RATIO,
     RATIO_INSET,
     STEEP,
@@ -45,12 +47,12 @@ NONE = -10
 
 
 @exact
-def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, along, sheared):
+def sizes(zone, slipping, pressure, gap, shear, limit, slip, slip_so_far, dx, dy, across, along, sheared):
     """Return area (mm^2), half-widths (mm) and middle (in cells from the first one) of a `zone`, (nx, ny).
 
     sheared: whether it is a stick zone, past which cells are `slipping` or open; else it is the contact, and
-    `slipping`, shear (MPa), limit (the friction limit, MPa) and slip (increment, mm) are not read. dx, dy: sides of a
-    cell (mm); across, along: the contact modulus and that of antiplane shear (MPa).
+    `slipping`, shear (MPa), limit (the friction limit, MPa), slip (increment, mm) and slip_so_far (mm) are not read.
+    dx, dy: sides of a cell (mm); across, along: the contact modulus and that of antiplane shear (MPa).
     """
     top, bottom, left, right = box = _box(zone)
     inside, corner = _with_margin(zone, box), (top - MARGIN, left - MARGIN)
@@ -75,7 +77,8 @@ def sizes(zone, slipping, pressure, gap, shear, limit, slip, dx, dy, across, alo
                     laws[k], values[k, 3], outer[k, 0] = FIXED, inside[a - corner[0], b - corner[1]], NONE
                 elif sheared and 0 <= c < zone.shape[0] and 0 <= d < zone.shape[1] and slipping[c, d]:
                     side, moduli = (dx, (across, along)) if k < 2 else (dy, (along, across))
-                    laws[k] = _put_stick(values[k], inside, corner, shear, limit, slip, a, b, c, d, side, moduli)
+                    tangential = shear, limit, slip, slip_so_far
+                    laws[k] = _put_stick(values[k], inside, corner, tangential, a, b, c, d, side, moduli)
                 else:
                     side = dx if k < 2 else dy
                     laws[k] = _put_contact(values[k], inside, corner, pressure, gap, a, b, c, d, side, across)
@@ -214,8 +217,12 @@ def _reserve(shear, limit, i, j):
 
 
 @exact
-def _put_stick(value, inside, corner, shear, limit, slip, a, b, c, d, side, moduli):
-    """Put what balances the link from a sticking cell (a, b) to a slipping one (c, d), and return its law."""
+def _put_stick(value, inside, corner, tangential, a, b, c, d, side, moduli):
+    """Put what balances the link from a sticking cell (a, b) to a slipping one (c, d), and return its law.
+
+    tangential: shear, friction limit, slip increment and slip so far.
+    """
+    shear, limit, slip, slip_so_far = tangential
     nx, ny = limit.shape
     steepest = 0.0
     for i in range(a - 1, a + 2):
@@ -226,7 +233,7 @@ def _put_stick(value, inside, corner, shear, limit, slip, a, b, c, d, side, modu
     first, second = _reserve(shear, limit, a, b), _reserve(shear, limit, a + step_i, b + step_j)
     third = _reserve(shear, limit, a + 2 * step_i, b + 2 * step_j)
     fourth = _reserve(shear, limit, a + 3 * step_i, b + 3 * step_j)
-    value[0], value[1] = first * side, math.hypot(moduli[0] * slip[0, c, d], moduli[1] * slip[1, c, d])
+    value[0], value[1] = first * side, _opening(slip, slip_so_far, a, b, c, d, moduli)
     value[2] = STEEPEST * side * steepest
     if first <= AT_THE_LIMIT * limit[a, b]:
         value[3] = _share_by_slip(slip, c, d, -step_i, -step_j)
@@ -242,6 +249,18 @@ def _put_stick(value, inside, corner, shear, limit, slip, a, b, c, d, side, modu
         value[3] = ratio / (1.0 - ratio) + GAINED_BEYOND
         return FIXED
     return BALANCE
+
+
+@inlined
+def _opening(slip, slip_so_far, a, b, c, d, moduli):
+    """Return the slip past the front that belongs to the reserve, times the moduli."""
+    x, y, all_x, all_y = slip[0, c, d], slip[1, c, d], slip_so_far[0, c, d], slip_so_far[1, c, d]
+    inner_x, inner_y = slip_so_far[0, a, b], slip_so_far[1, a, b]
+    squared = x * x + y * y
+    never_slipped = inner_x * inner_x + inner_y * inner_y <= HARDLY**2 * squared
+    if never_slipped and all_x * x + all_y * y >= OF_THE_WHOLE * squared:
+        x, y = all_x, all_y
+    return math.hypot(moduli[0] * x, moduli[1] * y)
 
 
 @exact

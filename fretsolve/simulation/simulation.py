@@ -115,7 +115,7 @@ def states_of(
         if has_unsaved_wisdom():
             save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
-        sizes = contact.sizes(solved) if measured is None or measured(step) else UNMEASURED
+        sizes = contact.sizes(solved, fields.slip) if measured is None or measured(step) else UNMEASURED
         trend = change = None  # before the arrays of the new state are made
         begin = replace(begin, trend=None)
         last = fields

@@ -165,7 +165,7 @@ def one_way_stick_ratios(friction, points, loads):
     zone = np.where(contact, np.where(tangential.slipping, Zone.SLIP, Zone.STICK), Zone.OPEN).astype(np.uint8)
     unused = np.zeros(grid.shape), np.zeros_like(shear)  # gap and slip: the front is placed by the shear alone
     bound = friction * pressure
-    fields = ZoneFields(pressure, unused[0], shear, bound, unused[1], zone)
+    fields = ZoneFields(pressure, unused[0], shear, bound, unused[1], zone, unused[1])
     stick = stick_area(fields, grid, model.compliances, np.inf)
     counted = np.sqrt(np.count_nonzero(zone == Zone.STICK) / np.count_nonzero(contact))
     return counted, np.sqrt(stick / np.pi) / np.cbrt(load / HERTZ.load) / HERTZ.contact_radius

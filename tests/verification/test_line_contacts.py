@@ -272,7 +272,7 @@ def one_way_stick_ratio(hertz, friction, cells, increments):
     slipping = solver.slipping
     zone = np.where(pressure > 0.0, np.where(slipping, Zone.SLIP, Zone.STICK), Zone.OPEN).astype(np.uint8)
     slip[0] += found.rigid[0]
-    fields = ZoneFields(pressure, gap, shear, friction * pressure, slip, zone)
+    fields = ZoneFields(pressure, gap, shear, friction * pressure, slip, zone, np.zeros_like(slip))
     zones = line_zones(fields, grid, model.compliances)
     return 0.5 * width(zones.stick) / hertz.half_width
 

@@ -32,7 +32,7 @@ def radii(state, before, grid):
     slip = fields.slip - before.fields.slip
     contact = contact_area(fields.pressure, fields.gap, grid, MATERIAL)
     limit = FRICTION * fields.pressure
-    parts = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone)
+    parts = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone, before.fields.slip)
     stick = stick_area(parts, grid, MATERIAL, contact)
     counts = np.count_nonzero(fields.zone != Zone.OPEN), np.count_nonzero(fields.zone == Zone.STICK)
     return radius(np.array([contact, stick, *(count * grid.cell_area for count in counts)]))

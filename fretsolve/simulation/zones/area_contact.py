@@ -65,7 +65,7 @@ class AreaContact:
         """Return a row of the history with the rigid displacements as they are meant: the solution's."""
         return summary
 
-    def sizes(self, solved: Solved) -> dict[str, Any]:
+    def sizes(self, solved: Solved, slip_before: FloatArray) -> dict[str, Any]:
         """Return areas, radii and extents of contact and stick zone, with their edges placed inside the cells.
 
         Where there may be several spots, their numbers, too.
@@ -75,7 +75,8 @@ class AreaContact:
         shear, slip, orthotropy = solution.shear, evidence.slip, model.orthotropy
         if orthotropy is not None:
             shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
-        fields = ZoneFields(solution.pressure, evidence.gap, shear, limit, slip, evidence.zone)
+            slip_before = orthotropy.times(slip_before)
+        fields = ZoneFields(solution.pressure, evidence.gap, shear, limit, slip, evidence.zone, slip_before)
         kernels = self.solver.team.kernels.zones
         if kernels is None:
             contact, stick = self._sizes_by_edges(fields)

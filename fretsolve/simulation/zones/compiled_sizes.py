@@ -33,14 +33,15 @@ def compiled_sizes(
         return ZoneSize(), ZoneSize()
     sides_and_moduli = grid.dx, grid.dy, materials.contact_modulus, 2.0 / materials.torsional
     pressed = fields.pressure, fields.gap
-    unread = NO_VECTORS, fields.pressure, NO_VECTORS
+    unread = NO_VECTORS, fields.pressure, NO_VECTORS, NO_VECTORS
     found = _placed(kernels.sizes(contact, contact, *pressed, *unread, *sides_and_moduli, False), grid)
     if not sticking.any():
         return found, ZoneSize()
     if not slipping.any():
         return found, found
-    tractions = fields.shear, fields.limit, fields.slip
-    return found, _placed(kernels.sizes(sticking, slipping, *pressed, *tractions, *sides_and_moduli, True), grid)
+    # a new array, since numba compiles once more for one that is read-only
+    tangential = fields.shear, fields.limit, fields.slip, fields.slip_before + fields.slip
+    return found, _placed(kernels.sizes(sticking, slipping, *pressed, *tangential, *sides_and_moduli, True), grid)
 
 
 def _placed(sizes: tuple[float, ...], grid: Grid) -> ZoneSize:

@@ -5,7 +5,7 @@ and an outer cell by (T16) of docs/theory.md, less an inset along its normal; th
 edge along the cells this holds to 2e-4 of their side h, with a lever of 0.58 and an inset of 0.175 h; in any direction
 to 0.02 of h, and to 0.002 on average, with the constants below, measured on Hertz contacts on grids of 128 to 512 cells
 a side. For the stick zone the reserve, by which the shear traction is below the friction limit, takes the place of the
-pressure, and the slip increment that of the gap.
+pressure, and slip that of the gap: the slip increment, or all the slip so far where the inner cell never slipped.
 
 No smooth front fits along a body's sharp edge, and in contacts so small that no cell has its neighbours with it. The
 reserve behind the front gives its place if there is less slip than belongs to the shear traction, as when the front
@@ -23,9 +23,11 @@ from fretsolve.kernels.zone_laws import (
     AT_THE_LIMIT,
     GAINED,
     GAINED_BEYOND,
+    HARDLY,
     INSET,
     LEVER,
     LIKE_A_ROOT,
+    OF_THE_WHOLE,
     RATIO,
     RATIO_INSET,
     STEEP,
@@ -46,7 +48,8 @@ class ZoneFields(NamedTuple):
     """The fields of an increment that its zones follow from.
 
     pressure (MPa), gap (mm, may be infinite), limit, the friction coefficient times the pressure (MPa), and zone, as
-    `Zone`: (nx, ny); shear (MPa) and slip, the slip increment (mm): (2, nx, ny).
+    `Zone`: (nx, ny); shear (MPa), slip, the slip increment (mm), and slip_before, the slip accumulated before that
+    (mm): (2, nx, ny).
     """
 
     pressure: FloatArray
@@ -55,6 +58,7 @@ class ZoneFields(NamedTuple):
     limit: FloatArray
     slip: FloatArray
     zone: NDArray[np.uint8]
+    slip_before: FloatArray
 
 
 def contact_share(part: CellPart, links: Links, pressure: FloatArray, gap: FloatArray, materials: Compliances) -> Share:
@@ -84,7 +88,7 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     inner, outer = links.inner, links.outer
     across, along = materials.contact_modulus, 2.0 / materials.torsional
     modulus_x, modulus_y = np.where(links.along_y, along, across), np.where(links.along_y, across, along)
-    opening = np.hypot(modulus_x * slip_x[outer], modulus_y * slip_y[outer])
+    opening = _opening(part, links, (slip_x, slip_y), fields.slip_before, (modulus_x, modulus_y))
     by_slip = _balance(part, links, reserve, opening)
     behind = inner + np.arange(4)[:, None] * (inner - outer)
     first, second, third, fourth = reserve.take(behind)
@@ -107,6 +111,29 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     past = outer[at_limit] + np.arange(3)[:, None] * (outer - inner)[at_limit]
     inside = _share_by_slip(*np.hypot(slip_x[past], slip_y[past]))
     return _replaced(share, at_limit, lambda lever: inside + inset_by(lever))
+
+
+def _opening(
+    part: CellPart,
+    links: Links,
+    slip: tuple[FloatArray, FloatArray],
+    slip_before: FloatArray,
+    moduli: tuple[FloatArray, FloatArray],
+) -> FloatArray:
+    """Return the slip past the front that belongs to the reserve, times the moduli along x and y, (k,).
+
+    slip: increments of the part's cells along x and y; slip_before: accumulated before, (2, nx, ny).
+    """
+    inner, outer = links.inner, links.outer
+    (x, inner_x), (y, inner_y) = ((field[outer], field[inner]) for field in slip)
+    before_x, before_y = (part.cut(field, 0.0) for field in slip_before)
+    all_x, all_y = before_x[outer] + x, before_y[outer] + y
+    inner_x, inner_y = before_x[inner] + inner_x, before_y[inner] + inner_y
+    squared = x * x + y * y
+    never_slipped = inner_x * inner_x + inner_y * inner_y <= HARDLY**2 * squared
+    whole = never_slipped & (all_x * x + all_y * y >= OF_THE_WHOLE * squared)
+    opening: FloatArray = np.hypot(moduli[0] * np.where(whole, all_x, x), moduli[1] * np.where(whole, all_y, y))
+    return opening
 
 
 def _trusted(share: Share, receding: BoolArray, expected: FloatArray) -> Share:

@@ -12,7 +12,7 @@ from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
-from fretsolve.system.arrays import Vector
+from fretsolve.system.arrays import FloatArray, Vector
 
 
 @dataclass(frozen=True)
@@ -38,11 +38,13 @@ class LineContact:
         """Return a row of the history with NaN for the rigid displacements that hold the free constant."""
         return replace(summary, delta_z=self.solver.approach(solved.solution), delta_x=math.nan, delta_y=math.nan)
 
-    def sizes(self, solved: Solved) -> dict[str, float]:
+    def sizes(self, solved: Solved, slip_before: FloatArray) -> dict[str, float]:
         """Return areas per mm, half-widths and extents of contact and stick zone; NaN for extents along y."""
         solution, evidence, model = solved.solution, solved.evidence, self.setup.model
         limit = solution.friction_limit(model.friction)
-        fields = ZoneFields(solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone)
+        fields = ZoneFields(
+            solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone, slip_before
+        )
         grid = self.setup.grid
         assert isinstance(grid, LineGrid)
         zones = line_zones(fields, grid, model.compliances)

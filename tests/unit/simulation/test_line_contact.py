@@ -199,7 +199,9 @@ class TestEdges:
         shear = np.zeros((2, 9, 1)) if shear is None else shear
         slip = np.zeros((2, 9, 1)) if slip is None else slip
         states = np.array(zone, np.uint8)[:, None]
-        return line_zones(ZoneFields(field, gap, shear, 0.3 * field, slip, states), self.GRID, MATERIAL)
+        return line_zones(
+            ZoneFields(field, gap, shear, 0.3 * field, slip, states, np.zeros_like(slip)), self.GRID, MATERIAL
+        )
 
     def test_without_contact_there_are_none(self):
         zones = self.zones([0] * 9, [Zone.OPEN] * 9)

@@ -30,7 +30,7 @@ def stick_of(state, before, grid, contact=np.inf):
     fields = state.fields
     slip = fields.slip - before.fields.slip
     limit = FRICTION * fields.pressure
-    found = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone)
+    found = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone, before.fields.slip)
     return stick_area(found, grid, MATERIAL, contact)
 
 
@@ -159,7 +159,9 @@ def sheared():
     start, state = solve(**parts)
     fields = state.fields
     slip = fields.slip - start.fields.slip
-    return (fields.pressure, fields.gap, fields.shear, FRICTION * fields.pressure, slip, fields.zone), grid_of(**parts)
+    limit = FRICTION * fields.pressure
+    arrays = fields.pressure, fields.gap, fields.shear, limit, slip, fields.zone, start.fields.slip
+    return arrays, grid_of(**parts)
 
 
 class TestSymmetry:
@@ -187,7 +189,7 @@ class TestSymmetry:
         """Areas scale with lengths squared; tractions over the modulus with displacements over lengths."""
         arrays, grid = sheared
         traction, displacement = stiffness * ratio, length * ratio
-        factors = traction, displacement, traction, traction, displacement, 1
+        factors = traction, displacement, traction, traction, displacement, 1, displacement
         scaled = [array if factor == 1 else factor * array for array, factor in zip(arrays, factors, strict=True)]
         materials = Compliances(MATERIAL.A / stiffness, MATERIAL.B / stiffness, MATERIAL.C / stiffness)
         found = self.areas(scaled, Grid(grid.nx, grid.ny, length * grid.dx, length * grid.dy), materials)
@@ -229,7 +231,7 @@ class TestNoFront:
         fields = sheared.fields
         zone = np.where(fields.zone == Zone.OPEN, Zone.OPEN, Zone.STICK).astype(np.uint8)
         limit, slip = 2.0 * fields.pressure, 0.0 * fields.slip
-        found = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, zone)
+        found = ZoneFields(fields.pressure, fields.gap, fields.shear, limit, slip, zone, slip)
         contact = contact_of(pressed, grid_of(grid=SQUARE))
         assert stick_area(found, grid_of(grid=SQUARE), MATERIAL, contact) == contact
 
@@ -252,9 +254,10 @@ class TestNoFront:
         bound = FRICTION * pressure
         shear = np.where(zone == Zone.SLIP, 1.0, random.random(shape)) * np.stack([bound, 0.0 * bound])
         slip = random.choice([0.0, 1e-9, 1e-5, 1.0], (2, *shape)) * (zone == Zone.SLIP)
+        before = random.choice([-0.5, 0.0, 1.0], (2, *shape)) * slip + random.choice([0.0, 1e-9, 1e-5], (2, *shape))
         grid = Grid(*shape, 0.1, 0.1 * data.draw(st.floats(0.1, 10.0)))
         contact = contact_area(pressure, gap, grid, MATERIAL)
-        stick = stick_area(ZoneFields(pressure, gap, shear, bound, slip, zone), grid, MATERIAL, contact)
+        stick = stick_area(ZoneFields(pressure, gap, shear, bound, slip, zone, before), grid, MATERIAL, contact)
         assert 0.0 <= stick <= contact <= grid.nx * grid.ny * grid.cell_area * (1.0 + 1e-12)
         assert (contact > 0.0) == pressure.any()
 

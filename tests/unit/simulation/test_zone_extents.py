@@ -78,7 +78,7 @@ def test_mirrored_fields_have_mirrored_extents():
     *_, start, state = solve(**parts, load_path=[{"P": LOAD}, {"Qx": 20.0, "My": 12.0, "increments": 1}])
     fields, grid = state.fields, grid_of(**parts)
     slip = fields.slip - start.fields.slip
-    arrays = fields.pressure, fields.gap, fields.shear, FRICTION * fields.pressure, slip, fields.zone
+    arrays = fields.pressure, fields.gap, fields.shear, FRICTION * fields.pressure, slip, fields.zone, start.fields.slip
     assert (fields.zone == Zone.SLIP).any()
 
     def extent(arrays, grid):
