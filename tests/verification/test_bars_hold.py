@@ -869,8 +869,7 @@ def test_bars_hold_the_stick_zone_of_a_reversed_line_contact(share: float, point
     exact = LINE_HERTZ.half_width * math.sqrt(1.0 - share)
     for stage in (2, 3):
         summary, errors = ends[stage]
-        assert abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.06 * LINE_HERTZ.half_width
-    assert ends[3][1].stick_radius_error > ends[2][1].stick_radius_error
+        assert abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.05 * LINE_HERTZ.half_width
 
 
 @pytest.mark.parametrize("points", [32, 48, 64])

@@ -115,6 +115,31 @@ class TestCylinder:
         state = solve_line(grid=cells_per_half_width(80), load_path=path)[-1]
         assert state.summary.work_total == pytest.approx(CATTANEO.work_per_cycle / 4.0, rel=2e-3)
 
+    @pytest.mark.parametrize("increments", [1, 5])
+    @pytest.mark.parametrize("cells", [12, 15, 20, 41])
+    @pytest.mark.parametrize("part", [0.3, 0.6, 0.8])
+    def test_stick_zone_of_a_cycle(self, cells, part, increments):
+        """It is as large at each turn: the slip past its edge doubles, the reserve in it does not."""
+        peak = part * FRICTION * LOAD
+        turns = [{"Qx": force, "increments": increments} for force in (peak, -peak, peak)]
+        states = solve_line(grid=cells_per_half_width(cells), load_path=[{"P": LOAD}, *turns])
+        exact = LinePartialSlip(HERTZ, FRICTION, peak, MATERIAL.A).stick_half_width
+        for turn in states[increments::increments]:
+            assert turn.summary.stick_radius == pytest.approx(exact, abs=0.025 * A / cells)
+
+    @pytest.mark.parametrize("increments", [1, 5])
+    @pytest.mark.parametrize("cells", [12, 15, 20, 41])
+    @pytest.mark.parametrize("turned", [-1.04, -0.99, -0.9, -0.7])
+    def test_stick_zone_of_unequal_turns(self, cells, turned, increments):
+        """An edge up to a cell from an earlier one is found to 0.24 of a cell, beyond an earlier one far closer."""
+        peak = 0.6 * FRICTION * LOAD
+        turns = [{"Qx": force, "increments": increments} for force in (peak, turned * peak)]
+        state = solve_line(grid=cells_per_half_width(cells), load_path=[{"P": LOAD}, *turns])[-1]
+        change = -turned * peak if turned < -1.0 else 0.5 * (1.0 - turned) * peak
+        exact = LinePartialSlip(HERTZ, FRICTION, change, MATERIAL.A).stick_half_width
+        within = 0.025 if turned < -1.0 else 0.24
+        assert state.summary.stick_radius == pytest.approx(exact, abs=within * A / cells)
+
     def test_antiplane_shear(self):
         """The same tractions, and slip in the ratio of the compliances."""
         path = [{"P": LOAD}, {"Qy": SHEAR_FORCE, "increments": 1}]

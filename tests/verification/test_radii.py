@@ -92,7 +92,18 @@ class TestModeOne:
         for (turned_at, force), before, state in zip(turns, states[2::2], states[3::2], strict=True):
             exact = A * np.cbrt(1.0 - 0.5 * abs(force - turned_at) / (FRICTION * LOAD))
             assert state.summary.Qx == pytest.approx(force, abs=1e-3)
-            assert radii(state, before, grid)[1] == pytest.approx(exact, abs=0.1 * grid.dx)
+            assert radii(state, before, grid)[1] == pytest.approx(exact, abs=0.01 * grid.dx)
+
+    @pytest.mark.parametrize("increments", [1, 6])
+    @pytest.mark.parametrize("points", [32, 47])
+    @pytest.mark.parametrize("force", [16.0, 30.0])
+    def test_cycles_between_the_same_forces(self, points, force, increments):
+        """The stick zone is the same at each turn, in one increment or several."""
+        path = [{"P": LOAD}, *({"Qx": turn, "increments": increments} for turn in (force, -force, force))]
+        states = solve(load_path=path, grid={"points": points, "size": 0.74}, coupling="none")
+        exact = cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential).stick_radius
+        found = [state.summary.stick_radius for state in states[increments::increments]]
+        assert found == pytest.approx([exact] * 3, abs=0.02 * 0.74 / points)
 
 
 def test_torsion():

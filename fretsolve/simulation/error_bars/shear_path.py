@@ -10,10 +10,6 @@ from fretsolve.case.history import Summary
 LEAST_LEFT = 0.01
 """Part of the friction limit that counts as left, at least."""
 
-TURNED, BACK = 1.5, 0.99
-"""Way of the shear over its largest share, from which on it has turned by more than a right angle; and the part of that
-share from which on it is back."""
-
 
 @dataclass(frozen=True)
 class ShearPath:
@@ -41,11 +37,6 @@ class ShearPath:
     def left(self) -> float:
         """The part of the friction limit that is left, LEAST_LEFT at least."""
         return _left(self.at)
-
-    @property
-    def returned(self) -> bool:
-        """Whether the shear has turned and is back at its largest share."""
-        return self.length > TURNED * self.largest and math.hypot(*self.at) > BACK * self.largest
 
     def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
         """Return the path after one more increment.

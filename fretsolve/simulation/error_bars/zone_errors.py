@@ -47,10 +47,6 @@ ends: a flat punch slips everywhere at once."""
 THIN_EDGE = 0.15
 """Least error of the stick radius over h where the slip annulus is thinner than a cell."""
 
-RETURNED = 0.2
-"""Least error of the stick radius over h in line contact where the shear is back at its largest share: the stick zone
-ends where it did before, and the edge is found 0.17 h inside. In area contacts that is 0.1 h, which the others hold."""
-
 AT_LIMIT, AT_LIMIT_EDGE = 3e-3, 0.3
 """Distance from the friction limit, over it, within which a cell that sticks may as well slip; and the least error of
 the stick radius over what such cells add to it. A load that comes back to where a cycle has slipped before brings a
@@ -104,8 +100,7 @@ class ZoneErrors:
             part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
-            back = RETURNED * self.side if self.model.line and shear_path.returned else 0.0
-            return math.hypot(outline, part, few, back, self._thin_annulus(summary), unseen) + width
+            return math.hypot(outline, part, few, self._thin_annulus(summary), unseen) + width
         return math.hypot(self._contact_radius(summary, outline), unseen)
 
     def _thin_annulus(self, summary: Summary) -> float:

@@ -19,24 +19,6 @@ def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
     assert path.left == pytest.approx(0.25)
 
 
-@pytest.mark.parametrize(
-    ("shares", "returned"),
-    [
-        ([(0.5, 0.0)], False),
-        ([(0.5, 0.0), (0.5, 0.5)], False),
-        ([(0.5, 0.0), (-0.4, 0.0)], False),
-        ([(0.5, 0.0), (-0.5, 0.0)], True),
-        ([(0.5, 0.0), (0.0, 0.0), (0.5, 0.0)], True),
-        ([(0.5, 0.0), (-0.5, 0.0), (0.1, 0.0)], False),
-    ],
-)
-def test_shear_that_has_turned_is_back_at_its_largest_share(shares: list[tuple[float, float]], returned: bool) -> None:
-    path = ShearPath()
-    for along_x, along_y in shares:
-        path = path.after(summary(Qx=40.0 * along_x, Qy=40.0 * along_y), 40.0, 0.0, 0.0)
-    assert path.returned is returned
-
-
 def test_the_coarsest_increment_is_the_longest_one_over_what_it_leaves():
     path = ShearPath().after(summary(Qx=20.0), 40.0, 0.0, 0.0)
     assert path.coarsest == pytest.approx(1.0)
