@@ -10,6 +10,9 @@ from fretsolve.case.history import Summary
 LEAST_LEFT = 0.01
 """Part of the friction limit that counts as left, at least."""
 
+AT_LARGEST = 0.999
+"""Part of the largest share of the shear from which on it counts as there."""
+
 
 @dataclass(frozen=True)
 class ShearPath:
@@ -18,9 +21,10 @@ class ShearPath:
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
     way in the last increment and in all; coarsest: the longest way of an increment over what is left of the friction
     limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in annuli that are
-    thinner than cells. A shear that slips within a rounding dissipates what it does up to
-    gross slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
-    now: the summary of the last increment; before: that of the largest P of those before it; None where there is none.
+    thinner than cells. A shear that slips within a rounding dissipates what it does up to gross slip times `largest`
+    squared times `length`: it goes with the third power of the way from a reversal, halved. smallest_stick: the
+    smallest stick radius under shear (mm). now: the summary of the last increment; before: that of the largest P of
+    those before it; None where there is none.
     """
 
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -30,6 +34,7 @@ class ShearPath:
     coarsest: float = 0.0
     last_thin: float = 0.0
     thin: float = 0.0
+    smallest_stick: float = math.inf
     now: Summary | None = None
     before: Summary | None = None
 
@@ -37,6 +42,11 @@ class ShearPath:
     def left(self) -> float:
         """The part of the friction limit that is left, LEAST_LEFT at least."""
         return _left(self.at)
+
+    @property
+    def is_below_largest(self) -> bool:
+        """Whether the shear is not at its largest share."""
+        return math.hypot(*self.at) < AT_LARGEST * self.largest
 
     def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
         """Return the path after one more increment.
@@ -53,7 +63,8 @@ class ShearPath:
         largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
         length, thin_so_far = self.length + last, self.thin + thin
         coarsest = max(self.coarsest, last / _left(at))
-        return ShearPath(at, largest, last, length, coarsest, thin, thin_so_far, summary, self._most_pressed)
+        stick = min(self.smallest_stick, summary.stick_radius)
+        return ShearPath(at, largest, last, length, coarsest, thin, thin_so_far, stick, summary, self._most_pressed)
 
     @property
     def _most_pressed(self) -> Summary | None:

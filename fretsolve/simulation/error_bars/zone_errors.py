@@ -31,8 +31,13 @@ SHARP_EDGE = 0.1
 """Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
 outline to their cells."""
 
-PART_STICK, PART_STICK_ORDER = 0.45, 1.5
-"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER."""
+PART_STICK, PART_STICK_LIKE, PART_STICK_ORDER = 0.45, 0.15, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER; that between
+like bodies without ends, under one coefficient of friction."""
+
+EARLIER_EDGE, BESIDE = 0.25, 1.2
+"""Least error of the stick radius over h where it is within BESIDE h of the smallest one so far and the shear is not at
+its largest share: an earlier edge lies so close that the fields cannot tell one from the other."""
 
 FEW_STICK = 0.35
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
@@ -97,11 +102,20 @@ class ZoneErrors:
         unseen = max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
         width = self.unseen.annulus(summary)
         if 0 < summary.stick_cells < summary.contact_cells or width:
-            part = PART_STICK * (max(NEAR_GROSS_SLIP / shear_path.left, 1.0) if self.ends else 1.0)
+            like = self.uniform and not (self.model.coupled or self.ends)
+            part = PART_STICK_LIKE if like else PART_STICK
+            if self.ends:
+                part *= max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
-            return math.hypot(outline, part, few, self._thin_annulus(summary), unseen) + width
+            earlier = self._earlier_edge(summary, shear_path) if like else 0.0
+            return math.hypot(outline, part, few, earlier, self._thin_annulus(summary), unseen) + width
         return math.hypot(self._contact_radius(summary, outline), unseen)
+
+    def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
+        """Return the least error (mm) of a stick radius by an earlier edge of the stick zone beside it."""
+        apart = abs(summary.stick_radius - shear_path.smallest_stick)
+        return EARLIER_EDGE * self.side if shear_path.is_below_largest and apart < BESIDE * self.side else 0.0
 
     def _thin_annulus(self, summary: Summary) -> float:
         """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""

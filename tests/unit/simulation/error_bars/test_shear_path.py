@@ -9,7 +9,12 @@ from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
 
 
 def summary(**loads: float) -> Any:
-    return cast(Any, SimpleNamespace(**{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "P": 400.0, "contact_radius": 0.3} | loads))
+    return cast(
+        Any,
+        SimpleNamespace(
+            **{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "P": 400.0, "contact_radius": 0.3, "stick_radius": 0.3} | loads
+        ),
+    )
 
 
 def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
@@ -17,6 +22,13 @@ def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
     assert (path.last, path.length, path.largest) == pytest.approx((1.5, 2.25, 0.75))
     assert (path.last_thin, path.thin) == pytest.approx((2e-6, 3e-6))
     assert path.left == pytest.approx(0.25)
+
+
+def test_the_smallest_stick_radius_is_that_under_shear():
+    path = ShearPath().after(summary(stick_radius=0.0), 0.0, 0.0, 0.0)
+    for radius in (0.2, 0.1, 0.15):
+        path = path.after(summary(Qx=30.0, stick_radius=radius), 40.0, 0.0, 0.0)
+    assert path.smallest_stick == 0.1
 
 
 def test_the_coarsest_increment_is_the_longest_one_over_what_it_leaves():

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from line_cases import LOAD, SHEAR_FORCE, line_case
-from solving import build
+from solving import DISSIMILAR, build
 
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import ShearPath
-from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE
+from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE, EARLIER_EDGE
 from fretsolve.simulation.simulation import run
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]
@@ -37,6 +37,34 @@ def stick_errors(setup: ProblemSetup, state: State) -> tuple[float, float]:
     """Return the least errors of the stick radius and of the stick zone's half-widths."""
     least = LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), ShearPath())
     return float(least[STICK]), float(least[STICK_EXTENTS].min())
+
+
+@pytest.mark.parametrize(
+    ("apart", "largest", "added"),
+    [(0.1, 0.8, EARLIER_EDGE), (-1.1, 0.8, EARLIER_EDGE), (1.3, 0.8, 0.0), (0.1, 0.5, 0.0)],
+)
+def test_an_earlier_edge_of_the_stick_zone_beside_it(
+    sheared: tuple[ProblemSetup, State], apart: float, largest: float, added: float
+) -> None:
+    """Like bodies' stick radii within BESIDE cells of an earlier one, unless the shear is at its largest share."""
+    setup, state = sheared
+    assert not setup.model.coupled
+    path = ShearPath(at=(0.5, 0.0, 0.0), largest=largest)
+    path = replace(path, smallest_stick=state.summary.stick_radius - apart * setup.grid.dx)
+    found, without = (
+        float(LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), one)[STICK])
+        for one in (path, replace(path, smallest_stick=0.0))
+    )
+    assert found == pytest.approx(math.hypot(without, added * setup.grid.dx), rel=1e-9)
+
+
+def test_the_edge_of_like_bodies_is_known_better(sheared: tuple[ProblemSetup, State]) -> None:
+    """Than that of unlike ones, and than where friction varies."""
+    setup, state = sheared
+    unlike = set_up(build(bodies=DISSIMILAR, grid={"points": 24}, load_path=PATH))
+    assert unlike.model.coupled
+    for other in (unlike, replace(setup, case=build(**VARIED))):
+        assert stick_errors(other, state)[0] > 1.5 * stick_errors(setup, state)[0]
 
 
 def with_shear_in(state: State, cells: Any, share: float, friction: float) -> State:
