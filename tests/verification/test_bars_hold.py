@@ -865,9 +865,9 @@ def test_bars_of_an_opened_contact_are_those_of_its_errors() -> None:
 def test_bars_hold_the_stick_zone_of_a_reversed_line_contact(turned: float, share: float, points: int) -> None:
     """Its edge is where it was before the reversal, or up to some cells farther out."""
     shear_force = share * LINE_FRICTION * LINE_LOAD
-    path = [{"P": LINE_LOAD}, *({"Qx": part * shear_force, "increments": 2} for part in (1.0, -turned))]
+    path = [{"P": LINE_LOAD}, *({"Qx": part * shear_force, "increments": 2} for part in (1.0, -turned, turned))]
     ends = ends_of_stages(line_case(grid={"points": points, "size": 2.3 * LINE_HERTZ.half_width}, load_path=path))
-    for stage, change in ((2, share), (3, 0.5 * (1.0 + turned) * share)):
+    for stage, change in ((2, share), (3, 0.5 * (1.0 + turned) * share), (4, turned * share)):
         summary, errors = ends[stage]
         exact = LINE_HERTZ.half_width * math.sqrt(1.0 - change)
         assert (

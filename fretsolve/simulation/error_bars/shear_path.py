@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 
 from fretsolve.case.history import Summary
 
+Shares = tuple[float, float, float]
+
 LEAST_LEFT = 0.01
 """Part of the friction limit that counts as left, at least."""
 
@@ -18,25 +20,32 @@ AT_LARGEST = 0.999
 class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
-    at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; last, length: of the
-    way in the last increment and in all; coarsest: the longest way of an increment over what is left of the friction
-    limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in annuli that are
-    thinner than cells. A shear that slips within a rounding dissipates what it does up to gross slip times `largest`
-    squared times `length`: it goes with the third power of the way from a reversal, halved. smallest_stick: the
-    smallest stick radius under shear (mm). now: the summary of the last increment; before: that of the largest P of
-    those before it; None where there is none.
+    at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; way: in the last
+    increment, (3,); length: of all ways; coarsest: the longest way of an increment over what is left of the
+    friction limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in
+    annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to gross
+    slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
+    smallest_stick: the smallest stick radius under shear (mm); turned_stick: that at the last turn by more than a
+    right angle. now: the summary of the last increment; before: that of the largest P of those before it; None
+    where there is none.
     """
 
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    at: Shares = (0.0, 0.0, 0.0)
     largest: float = 0.0
-    last: float = 0.0
+    way: Shares = (0.0, 0.0, 0.0)
     length: float = 0.0
     coarsest: float = 0.0
     last_thin: float = 0.0
     thin: float = 0.0
     smallest_stick: float = math.inf
+    turned_stick: float = math.inf
     now: Summary | None = None
     before: Summary | None = None
+
+    @property
+    def last(self) -> float:
+        """The length of the way in the last increment."""
+        return math.hypot(*self.way)
 
     @property
     def left(self) -> float:
@@ -55,16 +64,22 @@ class ShearPath:
         thin: least error (mJ) of what the increment dissipates in an annulus thinner than cells.
         """
         if carried <= 0.0:
-            return replace(self, last=0.0, last_thin=0.0, now=summary, before=self._most_pressed)
+            return replace(self, way=(0.0, 0.0, 0.0), last_thin=0.0, now=summary, before=self._most_pressed)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
-        last = math.dist(at, self.at)
+        way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
+        last = math.hypot(*way)
         largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
         length, thin_so_far = self.length + last, self.thin + thin
         coarsest = max(self.coarsest, last / _left(at))
-        stick = min(self.smallest_stick, summary.stick_radius)
-        return ShearPath(at, largest, last, length, coarsest, thin, thin_so_far, stick, summary, self._most_pressed)
+        smallest = min(self.smallest_stick, summary.stick_radius)
+        turned = self.turned_stick
+        if self.now is not None and sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0:
+            turned = self.now.stick_radius
+        return ShearPath(
+            at, largest, way, length, coarsest, thin, thin_so_far, smallest, turned, summary, self._most_pressed
+        )
 
     @property
     def _most_pressed(self) -> Summary | None:
@@ -74,5 +89,5 @@ class ShearPath:
         return self.before
 
 
-def _left(at: tuple[float, float, float]) -> float:
+def _left(at: Shares) -> float:
     return max(1.0 - math.hypot(*at), LEAST_LEFT)

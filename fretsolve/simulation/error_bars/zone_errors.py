@@ -36,8 +36,9 @@ PART_STICK, PART_STICK_LIKE, PART_STICK_ORDER = 0.45, 0.15, 1.5
 like bodies without ends, under one coefficient of friction."""
 
 EARLIER_EDGE, BESIDE = 0.25, 1.2
-"""Least error of the stick radius over h where it is within BESIDE h of the smallest one so far and the shear is not at
-its largest share: an earlier edge lies so close that the fields cannot tell one from the other."""
+"""Least error of the stick radius over h where it is within BESIDE h of the smallest one so far, or of that at the last
+turn, and the shear is not at its largest share: an earlier edge lies so close that the fields cannot tell one from the
+other."""
 
 FEW_STICK = 0.35
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
@@ -114,7 +115,8 @@ class ZoneErrors:
 
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
         """Return the least error (mm) of a stick radius by an earlier edge of the stick zone beside it."""
-        apart = abs(summary.stick_radius - shear_path.smallest_stick)
+        earlier = shear_path.smallest_stick, shear_path.turned_stick
+        apart = min(abs(summary.stick_radius - radius) for radius in earlier)
         return EARLIER_EDGE * self.side if shear_path.is_below_largest and apart < BESIDE * self.side else 0.0
 
     def _thin_annulus(self, summary: Summary) -> float:

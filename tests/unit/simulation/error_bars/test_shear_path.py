@@ -1,5 +1,6 @@
 """The path of the shear, over what friction carries."""
 
+import math
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -28,7 +29,15 @@ def test_the_smallest_stick_radius_is_that_under_shear():
     path = ShearPath().after(summary(stick_radius=0.0), 0.0, 0.0, 0.0)
     for radius in (0.2, 0.1, 0.15):
         path = path.after(summary(Qx=30.0, stick_radius=radius), 40.0, 0.0, 0.0)
-    assert path.smallest_stick == 0.1
+    assert (path.smallest_stick, path.turned_stick) == (0.1, math.inf)
+
+
+def test_the_stick_radius_at_the_last_turn():
+    path = ShearPath()
+    for force, radius in ((20.0, 0.2), (30.0, 0.1), (0.0, 0.25), (-30.0, 0.12), (0.0, 0.26), (0.0, 0.26)):
+        path = path.after(summary(Qx=force, stick_radius=radius), 40.0, 0.0, 0.0)
+    assert path.turned_stick == 0.12
+    assert path.after(summary(Qy=30.0, stick_radius=0.15), 40.0, 0.0, 0.0).turned_stick == 0.12
 
 
 def test_the_coarsest_increment_is_the_longest_one_over_what_it_leaves():

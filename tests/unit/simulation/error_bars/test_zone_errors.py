@@ -56,6 +56,8 @@ def test_an_earlier_edge_of_the_stick_zone_beside_it(
         for one in (path, replace(path, smallest_stick=0.0))
     )
     assert found == pytest.approx(math.hypot(without, added * setup.grid.dx), rel=1e-9)
+    turned = replace(path, smallest_stick=0.0, turned_stick=path.smallest_stick)
+    assert LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), turned)[STICK] == found
 
 
 def test_the_edge_of_like_bodies_is_known_better(sheared: tuple[ProblemSetup, State]) -> None:
