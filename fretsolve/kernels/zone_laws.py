@@ -45,7 +45,7 @@ cells are counted where the slip of the third cell is farther from that law than
 HARDLY, OF_THE_WHOLE = 0.02, 0.4
 """The slip past a front since the first load belongs to the reserve, rather than that in the increment, if the inner
 cell has not slipped (by HARDLY of the outer one's increment at most), and the slip since then is at least OF_THE_WHOLE
-of that in the increment. It is half of that where a load has come back to its amplitude: the slip has doubled, and the
-reserve has not, since the first load left a kink in the shear traction at the same front. Without this, a stick zone
-would be smaller by up to 0.18 of h there. In increments that move the front by less than a cell, the slip since the
+of that in the increment. All of it is half of the increment's where a load has been reversed to its opposite: the
+increment's slip has doubled, and the reserve has not, since the first load left a kink in the shear traction at the
+same front. By the increment's slip, a stick zone would mostly be smaller by 0.05 to 0.18 of h there. In increments that move the front by less than a cell, the slip since the
 first load is all that there is past it."""
