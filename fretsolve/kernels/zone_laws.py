@@ -47,5 +47,5 @@ HARDLY, OF_THE_WHOLE = 0.02, 0.4
 cell has not slipped (by HARDLY of the outer one's increment at most), and the slip since then is at least OF_THE_WHOLE
 of that in the increment. All of it is half of the increment's where a load has been reversed to its opposite: the
 increment's slip has doubled, and the reserve has not, since the first load left a kink in the shear traction at the
-same front. By the increment's slip, a stick zone would mostly be smaller by 0.05 to 0.18 of h there. In increments that move the front by less than a cell, the slip since the
-first load is all that there is past it."""
+same front. By the increment's slip, a stick zone would mostly be smaller by 0.05 to 0.18 of h there. In increments that
+move the front by less than a cell, the slip since the first load is all that there is past it."""
