@@ -54,7 +54,7 @@ class ShearPath:
 
     @property
     def is_below_largest(self) -> bool:
-        """Whether the shear is not at its largest share."""
+        """True unless the shear is at its largest share."""
         return math.hypot(*self.at) < AT_LARGEST * self.largest
 
     def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
