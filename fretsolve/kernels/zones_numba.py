@@ -238,17 +238,37 @@ def _put_stick(value, inside, corner, tangential, a, b, c, d, side, moduli):
     if first <= AT_THE_LIMIT * limit[a, b]:
         value[3] = _share_by_slip(slip, c, d, -step_i, -step_j)
         return AT_LIMIT
-    known = first < second
     for k in range(4):
-        known = known and inside[a + k * step_i - corner[0], b + k * step_j - corner[1]] == 1
-    if known and second > LIKE_A_ROOT * third and third > LIKE_A_ROOT * fourth:
-        value[3] = first / (second - RATIO * first) - RATIO_INSET
-        return RECEDING
-    if known and second <= LIKE_A_ROOT * third and third < STEEP * fourth and first < second / 2.0**GAINED:
+        if inside[a + k * step_i - corner[0], b + k * step_j - corner[1]] == 0:
+            return BALANCE
+    if second <= LIKE_A_ROOT * third and third < STEEP * fourth and first < second / 2.0**GAINED:
         ratio = (first / second) ** (1.0 / GAINED)
         value[3] = ratio / (1.0 - ratio) + GAINED_BEYOND
         return FIXED
+    receding = _like_a_root(first, second, third, fourth)
+    first += _farther(shear, a, b, c, d)
+    second += _farther(shear, a + step_i, b + step_j, c, d)
+    third += _farther(shear, a + 2 * step_i, b + 2 * step_j, c, d)
+    fourth += _farther(shear, a + 3 * step_i, b + 3 * step_j, c, d)
+    if first < second and (receding or _like_a_root(first, second, third, fourth)):
+        value[3] = first / (second - RATIO * first) - RATIO_INSET
+        return RECEDING
     return BALANCE
+
+
+@inlined
+def _like_a_root(first, second, third, fourth):
+    """Return whether the reserves of the cells behind a front go like those behind one that has moved in."""
+    return first < second and second > LIKE_A_ROOT * third and third > LIKE_A_ROOT * fourth
+
+
+@inlined
+def _farther(shear, i, j, c, d):
+    """Return by how much the limit that a front past a cell (i, j) brings, as in (c, d), is farther than that in the
+    own direction of its shear traction.
+    """
+    q_x, q_y = shear[0, i, j], shear[1, i, j]
+    return 2.0 * math.hypot(q_x, q_y) if q_x * shear[0, c, d] + q_y * shear[1, c, d] < 0.0 else 0.0
 
 
 @inlined

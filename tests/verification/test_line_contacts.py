@@ -129,7 +129,7 @@ class TestCylinder:
 
     @pytest.mark.parametrize("increments", [1, 5])
     @pytest.mark.parametrize("cells", [12, 15, 20, 41])
-    @pytest.mark.parametrize("turned", [-1.04, -0.99, -0.9, -0.7])
+    @pytest.mark.parametrize("turned", [-1.04, -0.99, -0.96, -0.92, -0.7])
     def test_stick_zone_of_unequal_turns(self, cells, turned, increments):
         """An edge up to a cell from an earlier one is found to 0.24 of a cell, beyond an earlier one far closer."""
         peak = 0.6 * FRICTION * LOAD
@@ -137,7 +137,7 @@ class TestCylinder:
         state = solve_line(grid=cells_per_half_width(cells), load_path=[{"P": LOAD}, *turns])[-1]
         change = -turned * peak if turned < -1.0 else 0.5 * (1.0 - turned) * peak
         exact = LinePartialSlip(HERTZ, FRICTION, change, MATERIAL.A).stick_half_width
-        within = 0.025 if turned < -1.0 else 0.24
+        within = {-1.04: 0.025, -0.92: 0.05, -0.96: 0.15}.get(turned, 0.24)
         assert state.summary.stick_radius == pytest.approx(exact, abs=within * A / cells)
 
     def test_antiplane_shear(self):

@@ -19,28 +19,29 @@ from fretsolve.simulation.error_bars.quantity_estimates import LINKED, MX, MY, S
 from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-CORRECTED_SAFETY = 1.1
+CORRECTED_SAFETY = 1.0
 """Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
 
 ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
 slip otherwise."""
 
-ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
+ALONE_AT_ONCE, CORRECTED_AT_ONCE, CORRECTED_PRESSED = 4.5, 3.5, 1.2
 """The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
-them; where only the former has, they have the factors above."""
+them; where only the former has, they have ALONE as run and CORRECTED_PRESSED."""
 
-LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 2.5
+LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 1.8
 """Way of an increment over what it leaves of the friction limit, from which on tangential values and energies have
 these factors, as run and corrected. What slips grows with a power of what is left of the limit, and longer increments
 do not show the first order yet: near gross slip the corrections made up for a quarter to a third of the errors."""
 
-SIDEWAYS, ASKEW, CORRECTED_ASKEW, LONG_ASKEW, CORRECTED_LONG_ASKEW = 1e-5, 4.0, 2.5, 6.0, 4.0
+SIDEWAYS, ASKEW, CORRECTED_ASKEW, CORRECTED_ASKEW_ENERGY = 1e-5, 4.0, 2.5, 1.4
+LONG_ASKEW, CORRECTED_LONG_ASKEW = 6.0, 3.0
 """Way sideways over delta_z by which pressing alone moves unlike bodies whose contact is not symmetric, and the factors
 of tangential values and energies from then on, as run and corrected, and of tangential values after a long step. What
 slips on one side makes up for most of what slips on the other. The little that is left changes by more with each
 doubling of few increments, as on a rough map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128
-increments."""
+increments. Corrected energies, all of whose parts are positive, have a smaller factor."""
 
 NEAR_SLIDING, HIDDEN_ENERGY, HIDDEN_MOTION = 0.15, 0.045, 0.009
 """Part of the friction limit that is left, up to which increments of unlike bodies hide errors from twice and half of
@@ -58,9 +59,12 @@ SHIFTED: BoolArray = TANGENTIAL.copy()
 """The same and the energy since the start, to all of which slip adds in every increment."""
 SHIFTED[TOTAL] = True
 
-BY_SLIP: BoolArray = TANGENTIAL.copy()
-"""The same and the energies."""
-BY_SLIP[[WORK, TOTAL]] = True
+ENERGIES: BoolArray = np.zeros_like(TANGENTIAL)
+"""The energies."""
+ENERGIES[[WORK, TOTAL]] = True
+
+BY_SLIP: BoolArray = TANGENTIAL | ENERGIES
+"""Tangential loads and displacements, and energies."""
 
 
 @dataclass(frozen=True)
@@ -93,12 +97,12 @@ class Steps:
         if long:
             widened.append((BY_SLIP, LONG, CORRECTED_LONG))
         if self.askew:
-            widened.append((BY_SLIP, ASKEW, CORRECTED_ASKEW))
+            widened += [(TANGENTIAL, ASKEW, CORRECTED_ASKEW), (ENERGIES, ASKEW, CORRECTED_ASKEW_ENERGY)]
             if long:
                 widened.append((TANGENTIAL, LONG_ASKEW, CORRECTED_LONG_ASKEW))
         if self.pressed_at_once:
             both = self.sheared_at_once
-            widened.append((BY_SLIP, *((ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_ALONE))))
+            widened.append((BY_SLIP, *((ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_PRESSED))))
             safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
         for which, least, least_corrected in widened:
             safety[which] = np.maximum(safety[which], least)

@@ -91,15 +91,18 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     opening = _opening(part, links, (slip_x, slip_y), fields.slip_before, (modulus_x, modulus_y))
     by_slip = _balance(part, links, reserve, opening)
     behind = inner + np.arange(4)[:, None] * (inner - outer)
-    first, second, third, fourth = reserve.take(behind)
-    known = part.inside.take(behind).all(axis=0) & (first < second)
-    receding = known & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+    first, second, third, fourth = nearest = reserve[behind]
+    known = part.inside.take(behind).all(axis=0)
     growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
     growing &= first < second / 2.0**GAINED  # where the front is within the link
-    # most increments have only one of these kinds of front
     share = by_slip
+    # most increments have only one of these kinds of front
+    onward = nearest + _farther(part, links, fields.shear, behind)
+    last, before = onward[:2]
+    receding = known & (last < before) & (_like_a_root(first, second, third, fourth) | _like_a_root(*onward))
     if receding.any():
-        share = _trusted(share, receding, first / np.where(receding, second - RATIO * first, np.inf) - RATIO_INSET)
+        expected = last / np.where(receding, before - RATIO * last, np.inf) - RATIO_INSET
+        share = _trusted(share, receding, expected)
     if growing.any():
         places = growing.nonzero()[0]
         ratio = (first[places] / second[places]) ** (1.0 / GAINED)
@@ -111,6 +114,22 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     past = outer[at_limit] + np.arange(3)[:, None] * (outer - inner)[at_limit]
     inside = _share_by_slip(*np.hypot(slip_x[past], slip_y[past]))
     return _replaced(share, at_limit, lambda lever: inside + inset_by(lever))
+
+
+def _like_a_root(first: FloatArray, second: FloatArray, third: FloatArray, fourth: FloatArray) -> BoolArray:
+    """Return whether the reserves of the cells behind a front go like those behind one that has moved in."""
+    return (first < second) & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+
+
+def _farther(part: CellPart, links: Links, shear: FloatArray, behind: IndexArray) -> FloatArray:
+    """Return by how much the limit that a front brings is farther than that in the own direction of the shear traction.
+
+    shear: (2, nx, ny); behind: the cells (4, k) behind each link. They still have the traction of an earlier load where
+    that has been taken back in part: twice the traction, where it is opposite to that past the front.
+    """
+    x, y = (part.cut(field, 0.0) for field in shear)
+    opposite = x[behind] * x[links.outer] + y[behind] * y[links.outer] < 0.0
+    return np.where(opposite, 2.0 * np.hypot(x[behind], y[behind]), 0.0)
 
 
 def _opening(

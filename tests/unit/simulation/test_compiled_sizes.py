@@ -56,7 +56,8 @@ def random_fields(random: np.random.Generator, shape: tuple[int, int]) -> ZoneFi
     along = np.array([np.cos(angle), np.sin(angle)])
     zone = np.where(pressure > 0.0, np.where(sticks, Zone.STICK, Zone.SLIP), Zone.OPEN).astype(np.uint8)
     slip = np.where(zone == Zone.SLIP, 1e-3 * random.choice([0.01, 1.0]) * np.maximum(-inner, 0.0) ** 1.5, 0.0) * along
-    before = random.choice([0.0, -0.5, 1.0]) * slip + random.choice([0.0, 1e-5]) * random.random((2, *shape))
+    before = random.choice([0.0, -1.0, -0.8, -0.5, 1.0]) * slip
+    before += random.choice([0.0, 1e-5]) * random.random((2, *shape))
     return ZoneFields(pressure, gap, share * limit * along, limit, slip, zone, before)
 
 
