@@ -17,6 +17,21 @@ AT_LARGEST = 0.999
 
 
 @dataclass(frozen=True)
+class StickEdges:
+    """Where earlier loads have left edges of the stick zone: radii (mm), infinite where there is none.
+
+    smallest: the smallest stick radius under shear; turned: that at the last turn by more than a right angle.
+    """
+
+    smallest: float = math.inf
+    turned: float = math.inf
+
+    def apart(self, radius: float) -> float:
+        """Return how far (mm) the nearest of them is from a stick radius."""
+        return min(abs(radius - self.smallest), abs(radius - self.turned))
+
+
+@dataclass(frozen=True)
 class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
@@ -25,9 +40,8 @@ class ShearPath:
     friction limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in
     annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to gross
     slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
-    smallest_stick: the smallest stick radius under shear (mm); turned_stick: that at the last turn by more than a
-    right angle. now: the summary of the last increment; before: that of the largest P of those before it; None
-    where there is none.
+    edges: earlier edges of the stick zone. now: the summary of the last increment; before: that of the largest P of
+    those before it; None where there is none.
     """
 
     at: Shares = (0.0, 0.0, 0.0)
@@ -37,8 +51,7 @@ class ShearPath:
     coarsest: float = 0.0
     last_thin: float = 0.0
     thin: float = 0.0
-    smallest_stick: float = math.inf
-    turned_stick: float = math.inf
+    edges: StickEdges = StickEdges()
     now: Summary | None = None
     before: Summary | None = None
 
@@ -70,15 +83,19 @@ class ShearPath:
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         last = math.hypot(*way)
-        largest = max(self.largest, min(math.hypot(*at) + pressed, 1.0))
-        length, thin_so_far = self.length + last, self.thin + thin
-        coarsest = max(self.coarsest, last / _left(at))
-        smallest = min(self.smallest_stick, summary.stick_radius)
-        turned = self.turned_stick
-        if self.now is not None and sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0:
-            turned = self.now.stick_radius
+        turns = self.now is not None and sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0
+        smallest = min(self.edges.smallest, summary.stick_radius)
         return ShearPath(
-            at, largest, way, length, coarsest, thin, thin_so_far, smallest, turned, summary, self._most_pressed
+            at=at,
+            largest=max(self.largest, min(math.hypot(*at) + pressed, 1.0)),
+            way=way,
+            length=self.length + last,
+            coarsest=max(self.coarsest, last / _left(at)),
+            last_thin=thin,
+            thin=self.thin + thin,
+            edges=StickEdges(smallest, self.now.stick_radius if self.now and turns else self.edges.turned),
+            now=summary,
+            before=self._most_pressed,
         )
 
     @property

@@ -115,9 +115,8 @@ class ZoneErrors:
 
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
         """Return the least error (mm) of a stick radius by an earlier edge of the stick zone beside it."""
-        earlier = shear_path.smallest_stick, shear_path.turned_stick
-        apart = min(abs(summary.stick_radius - radius) for radius in earlier)
-        return EARLIER_EDGE * self.side if shear_path.is_below_largest and apart < BESIDE * self.side else 0.0
+        beside = shear_path.edges.apart(summary.stick_radius) < BESIDE * self.side
+        return EARLIER_EDGE * self.side if beside and shear_path.is_below_largest else 0.0
 
     def _thin_annulus(self, summary: Summary) -> float:
         """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""

@@ -1,12 +1,11 @@
 """The path of the shear, over what friction carries."""
 
-import math
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath, StickEdges
 
 
 def summary(**loads: float) -> Any:
@@ -29,15 +28,15 @@ def test_the_smallest_stick_radius_is_that_under_shear():
     path = ShearPath().after(summary(stick_radius=0.0), 0.0, 0.0, 0.0)
     for radius in (0.2, 0.1, 0.15):
         path = path.after(summary(Qx=30.0, stick_radius=radius), 40.0, 0.0, 0.0)
-    assert (path.smallest_stick, path.turned_stick) == (0.1, math.inf)
+    assert path.edges == StickEdges(smallest=0.1)
 
 
 def test_the_stick_radius_at_the_last_turn():
     path = ShearPath()
     for force, radius in ((20.0, 0.2), (30.0, 0.1), (0.0, 0.25), (-30.0, 0.12), (0.0, 0.26), (0.0, 0.26)):
         path = path.after(summary(Qx=force, stick_radius=radius), 40.0, 0.0, 0.0)
-    assert path.turned_stick == 0.12
-    assert path.after(summary(Qy=30.0, stick_radius=0.15), 40.0, 0.0, 0.0).turned_stick == 0.12
+    assert path.edges.turned == 0.12
+    assert path.after(summary(Qy=30.0, stick_radius=0.15), 40.0, 0.0, 0.0).edges.turned == 0.12
 
 
 def test_the_coarsest_increment_is_the_longest_one_over_what_it_leaves():

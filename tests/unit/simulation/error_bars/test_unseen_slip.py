@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+import solving
 from line_cases import FRICTION as LINE_FRICTION
 from line_cases import HERTZ, line_case
 from line_cases import LOAD as LINE_LOAD
@@ -95,6 +96,26 @@ def test_shear_slips_in_a_thin_annulus_as_cattaneo_and_mindlin_say(share: float)
     assert resolved.sheared_annulus(pressed, share) == 0.0
     assert not resolved.energies_of_shear(pressed, share, np.array([share, share])).any()
     assert replace(slip, ends=True).sheared_annulus(pressed, share) == 0.0
+
+
+@pytest.mark.parametrize("points", [20, 24, 32, 33])
+@pytest.mark.parametrize("share", [0.05, 0.1, 0.15, 0.2, 0.3])
+def test_cells_miss_less_of_a_wider_annulus(points: int, share: float) -> None:
+    """All of it up to 0.4 h, and then a part that falls with the width, at least twice what spheres miss."""
+    force = share * solving.FRICTION * solving.LOAD
+    path = [{"P": solving.LOAD}, {"Qx": force, "increments": 4}]
+    setup = set_up(build(grid={"points": points, "size": 0.74}, coupling="none", load_path=path))
+    *_, last = run(setup)
+    exact = cattaneo_mindlin(solving.HERTZ, solving.FRICTION, force, solving.MATERIAL.tangential)
+    energy, width = exact.work_per_cycle / 4.0, solving.A - exact.stick_radius
+    slip = UnseenSlip(setup.model, setup.grid.dx, slender=1.0, ends=False, edges=())
+    (missed,) = slip.energies_of_shear(last.summary, share, np.array([share]))
+    if width < 1.5 * setup.grid.dx:
+        assert missed == pytest.approx(min((0.4 * setup.grid.dx / width) ** 1.5, 1.0) * energy, rel=0.05)
+        assert abs(last.summary.work_total - energy) <= 1.01 * missed
+    else:
+        assert missed == 0.0
+        assert last.summary.work_total == pytest.approx(energy, rel=0.05)
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1])

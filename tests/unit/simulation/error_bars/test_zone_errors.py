@@ -15,7 +15,7 @@ from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
-from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
 from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE, EARLIER_EDGE
 from fretsolve.simulation.simulation import run
 
@@ -50,13 +50,13 @@ def test_an_earlier_edge_of_the_stick_zone_beside_it(
     setup, state = sheared
     assert not setup.model.coupled
     path = ShearPath(at=(0.5, 0.0, 0.0), largest=largest)
-    path = replace(path, smallest_stick=state.summary.stick_radius - apart * setup.grid.dx)
+    path = replace(path, edges=StickEdges(smallest=state.summary.stick_radius - apart * setup.grid.dx))
     found, without = (
         float(LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), one)[STICK])
-        for one in (path, replace(path, smallest_stick=0.0))
+        for one in (path, replace(path, edges=StickEdges()))
     )
     assert found == pytest.approx(math.hypot(without, added * setup.grid.dx), rel=1e-9)
-    turned = replace(path, smallest_stick=0.0, turned_stick=path.smallest_stick)
+    turned = replace(path, edges=StickEdges(turned=path.edges.smallest))
     assert LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), turned)[STICK] == found
 
 
