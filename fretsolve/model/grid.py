@@ -51,6 +51,10 @@ class Grid:
         """Return the same rectangle cut into other cells."""
         return Grid.from_size((nx, ny), self.size, self.center)
 
+    def with_ring(self) -> Grid:
+        """Return a grid of the same cells and one more on each side where the contact has an edge."""
+        return replace(self, nx=self.nx + 2, ny=self.ny + 2)
+
     def part(self, nx: int, ny: int, spacing: tuple[float, float], center: tuple[float, float]) -> Grid:
         """Return a grid of its own for a part of the rectangle, or for larger cells that cover it."""
         return replace(self, nx=nx, ny=ny, dx=spacing[0], dy=spacing[1], x0=center[0], y0=center[1])
@@ -113,6 +117,9 @@ class LineGrid(Grid):
         """Cut a length (mm) about `center` (mm) into `points` cells."""
         side = length / points
         return cls(points, 1, side, side, center, 0.0, log_length or length)
+
+    def with_ring(self) -> LineGrid:
+        return replace(self, nx=self.nx + 2)
 
     def cut_into(self, nx: int, ny: int) -> LineGrid:
         return LineGrid.of_length(nx, self.size[0], self.x0, self.log_length)

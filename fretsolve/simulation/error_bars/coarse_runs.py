@@ -6,7 +6,7 @@ They advance with the run whose errors they show, so that it can be stopped afte
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import accumulate, compress
@@ -15,10 +15,10 @@ from operator import or_
 import numpy as np
 
 from fretsolve.case.history import SHEARING
-from fretsolve.errors import CaseError, NoSolutionError
+from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
+from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary
 from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.path_points import PathPoint, at_point, between_common_points, common_points
@@ -29,6 +29,9 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 LOOSER, LOOSEST = 30.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the applications, and shifts
 corrections by some 1e-5 of the value (mode I.3, 48 x 48 cells), well below the differences of interest."""
+
+MOST_RINGS = 2
+"""Rings of cells around the area of a coarse run, at most, where the contact reaches the edge of its larger cells."""
 
 CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 """Which of `ESTIMATED` are corrected for the number of increments."""
@@ -66,19 +69,36 @@ class CoarseRun:
     def __init__(
         self, setup: ProblemSetup, threads: int, every: tuple[int, ...] | None = None, beside: CoarseRun | None = None
     ):
-        self.setup, self._threads, self._beside = setup, threads, beside
+        self.setup, self._threads, self._beside, self._rings = setup, threads, beside, 0
         self._every = dict(zip((stage.number for stage in setup.load_path.stages), every or (), strict=bool(every)))
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = states_of(setup, measured=self._is_asked_for, solver=lambda: self.solver)
+        self._states = self._from_start()
         self._values: list[DoubleArray] = []
 
     @cached_property
     def solver(self) -> IncrementSolver:
         """The solver. Making one for both runs on a grid saves the time of a third of an increment."""
-        if self._beside is not None:
+        if self._beside is not None and self._beside.setup.grid == self.setup.grid:
             return self._beside.solver
         return increment_solver(self.setup, self.setup.separation(), self._threads)
+
+    def _from_start(self) -> Iterator[State]:
+        """Yield the states from the first increment on."""
+        return states_of(self.setup, measured=self._is_asked_for, solver=lambda: self.solver)
+
+    def _widen(self) -> bool:
+        """Start again with one more ring of cells around the area, and return whether that may help.
+
+        The cells are the same ones, and so are the values up to where the contact has reached their edge.
+        """
+        if self._rings == MOST_RINGS:
+            return False
+        self._rings += 1
+        self.setup = replace(self.setup, grid=self.setup.grid.with_ring())
+        self.__dict__.pop("solver", None)
+        self._states, self._values = self._from_start(), []
+        return True
 
     def _is_asked_for(self, step: int) -> bool:
         """Return whether the radii after `step` are asked for."""
@@ -93,6 +113,9 @@ class CoarseRun:
         while len(self._values) <= step and self.failure is None:
             try:
                 summary = next(self._states).summary
+            except GridEdgeError as error:
+                if error.component == "map" or not self._widen():  # beyond a height map nothing is known
+                    self.failure = error
             except (NoSolutionError, CaseError) as error:  # a surface may fit the cells of the run alone
                 self.failure = error
             else:
