@@ -246,10 +246,10 @@ def _put_stick(value, inside, corner, tangential, a, b, c, d, side, moduli):
         value[3] = ratio / (1.0 - ratio) + GAINED_BEYOND
         return FIXED
     receding = _like_a_root(first, second, third, fourth)
-    first += _farther(shear, a, b, c, d)
-    second += _farther(shear, a + step_i, b + step_j, c, d)
-    third += _farther(shear, a + 2 * step_i, b + 2 * step_j, c, d)
-    fourth += _farther(shear, a + 3 * step_i, b + 3 * step_j, c, d)
+    first = _onward(shear, limit, a, b, c, d)
+    second = _onward(shear, limit, a + step_i, b + step_j, c, d)
+    third = _onward(shear, limit, a + 2 * step_i, b + 2 * step_j, c, d)
+    fourth = _onward(shear, limit, a + 3 * step_i, b + 3 * step_j, c, d)
     if first < second and (receding or _like_a_root(first, second, third, fourth)):
         value[3] = first / (second - RATIO * first) - RATIO_INSET
         return RECEDING
@@ -263,12 +263,12 @@ def _like_a_root(first, second, third, fourth):
 
 
 @inlined
-def _farther(shear, i, j, c, d):
-    """Return by how much the limit that a front past a cell (i, j) brings, as in (c, d), is farther than that in the
-    own direction of its shear traction.
-    """
-    q_x, q_y = shear[0, i, j], shear[1, i, j]
-    return 2.0 * math.hypot(q_x, q_y) if q_x * shear[0, c, d] + q_y * shear[1, c, d] < 0.0 else 0.0
+def _onward(shear, limit, i, j, c, d):
+    """Return the reserve of a cell (i, j) along the shear traction of a cell (c, d) past the front."""
+    past_x, past_y, x, y = shear[0, c, d], shear[1, c, d], shear[0, i, j], shear[1, i, j]
+    along = (x * past_x + y * past_y) / _at_least(math.hypot(past_x, past_y))
+    left = limit[i, j] * limit[i, j] - (x * x + y * y) + along * along
+    return max(math.sqrt(max(left, 0.0)) - along, 0.0)
 
 
 @inlined

@@ -54,6 +54,24 @@ def test_unloading_in_small_increments(least, cells, increments):
     assert states[-1].summary.stick_radius == pytest.approx(exact, abs=0.15 * A / cells)
 
 
+def test_a_force_that_turns_back_askew():
+    """By 165 degrees from x, in small increments: the traction behind the edge is neither along nor against the slip.
+
+    Measured to the limit in its own direction, the zone was 0.26 and 0.12 of a cell too large.
+    """
+    limit = solving.FRICTION * solving.LOAD
+    back = 0.6 + 0.45 * math.cos(math.radians(165.0)), 0.45 * math.sin(math.radians(165.0))
+    stages = [{"Qx": 0.6 * limit, "increments": 1}, {"Qx": back[0] * limit, "Qy": back[1] * limit, "increments": 20}]
+    found = {}
+    for cells in (13, 17, 64):
+        points = 2 * math.ceil(1.2 * cells)
+        grid = {"points": points, "size": points * solving.A / cells}
+        (*_, last) = solving.solve(grid=grid, coupling="none", load_path=[{"P": solving.LOAD}, *stages])
+        found[cells] = last.summary.stick_radius / solving.A
+    assert found[13] == pytest.approx(found[64], abs=0.1 / 13)
+    assert found[17] == pytest.approx(found[64], abs=0.1 / 17)
+
+
 @pytest.mark.parametrize("cells", [12, 20, 41])
 def test_cycles_after_a_larger_load(cells):
     """The cells inside the edge slipped in the larger load: what they slipped then is not of this front."""

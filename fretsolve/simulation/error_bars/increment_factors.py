@@ -35,7 +35,7 @@ LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 1.8
 these factors, as run and corrected. What slips grows with a power of what is left of the limit, and longer increments
 do not show the first order yet: near gross slip the corrections made up for a quarter to a third of the errors."""
 
-SIDEWAYS, ASKEW, CORRECTED_ASKEW, CORRECTED_ASKEW_ENERGY = 1e-5, 4.0, 2.5, 1.4
+SIDEWAYS, ASKEW, CORRECTED_ASKEW, CORRECTED_ASKEW_ENERGY = 1e-5, 4.0, 2.5, 2.0
 LONG_ASKEW, CORRECTED_LONG_ASKEW = 6.0, 3.0
 """Way sideways over delta_z by which pressing alone moves unlike bodies whose contact is not symmetric, and the factors
 of tangential values and energies from then on, as run and corrected, and of tangential values after a long step. What

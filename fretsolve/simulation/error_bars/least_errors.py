@@ -49,7 +49,7 @@ RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
 
-MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.045, 1.2
+MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.045, 1.0
 """Least error of Mx and My over (h/a)^2 P a, and of Mz with the shear force Q: they sum up tractions of opposite
 effect. Those at ends are largest. And of Mx and My between unlike bodies over (h/a)^2 beta Q a with Dundurs' constant
 beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres and on height maps."""

@@ -25,9 +25,10 @@ dissipates while the contact grows is ANNULUS_WORK mu beta (w/a)^2.5 p0^2 a^3/E*
 the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the area. The factors hold for spheres and
 flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
 
-SHEARED_CELLS, SHEARED_ORDER = 0.4, 1.5
-"""Width in cells up to which they see nothing of an annulus that shear makes, and the power of the width with which the
-part of its energy that they miss falls from there on. On random cases they missed half of that at most."""
+SHEARED_CELLS, SHEARED_CELLS_LINE, SHEARED_ORDER = 0.4, 0.7, 1.5
+"""Width in cells up to which they see nothing of an annulus that shear makes, also in line contact, both of whose edges
+may lie alike in their cells; and the power of the width with which the part of its energy falls from there on that they
+miss at most. Spheres missed half of that, cylinders nearly all."""
 
 FLAT_WORK = 1.0
 """What a flat punch dissipates that is pressed against an unlike body, over mu beta (w/a) pm^2 a^3/E*, with the mean
@@ -86,7 +87,9 @@ class UnseenSlip:
         return 0.0 if self.ends or width >= ANNULUS_CELLS * self.side else width
 
     def energies_of_shear(self, summary: Summary, share: float, ways: DoubleArray) -> DoubleArray:
-        """Return what cells miss (mJ) of slip in such an annulus over `ways`, those of the last increment and of all.
+        """Return what cells miss at most (mJ) of slip in such an annulus, in the last increment and in all.
+
+        ways: lengths of the path in the last increment and of all.
 
         A shear to the small part f of the friction limit mu P dissipates mu^2 P^2 S f^3/144a of a round contact with
         the tangential compliance S (Johnson, section 7.4), and mu^2 P^2 f^3/6 pi E* of a line contact, per length. A
@@ -96,9 +99,11 @@ class UnseenSlip:
         if not width:
             return np.zeros_like(ways)
         pair, limit = self.model.compliances, self.model.friction * summary.P
-        line = self.model.line
-        compliance = pair.A / (12.0 * math.pi) if line else pair.tangential / (144.0 * summary.contact_radius)
-        missed = min((SHEARED_CELLS * self.side / width) ** SHEARED_ORDER, 1.0)
+        compliance = (
+            pair.A / (12.0 * math.pi) if self.model.line else pair.tangential / (144.0 * summary.contact_radius)
+        )
+        unseen = (SHEARED_CELLS_LINE if self.model.line else SHEARED_CELLS) * self.side
+        missed = min((unseen / width) ** SHEARED_ORDER, 1.0)
         found: DoubleArray = missed * limit**2 * compliance * share**2 / (1.0 - 2.0 * share / 3.0) * ways
         return found
 

@@ -31,14 +31,15 @@ SHARP_EDGE = 0.1
 """Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
 outline to their cells."""
 
-PART_STICK, PART_STICK_LIKE, PART_STICK_ORDER = 0.45, 0.15, 1.5
-"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER; that between
-like bodies without ends, under one coefficient of friction."""
+PART_STICK, PART_STICK_ENDS, PART_STICK_LIKE, PART_STICK_ORDER = 0.36, 0.45, 0.1, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER; that of
+bodies with ends; and that between like bodies without ends, under one coefficient of friction."""
 
-EARLIER_EDGE, BESIDE = 0.25, 1.2
+EARLIER_EDGE, BESIDE, BELOW_LARGEST = 0.25, 1.2, 0.12
 """Least error of the stick radius over h where it is within BESIDE h of the smallest one so far, or of that at the last
 turn, and the shear is not at its largest share: an earlier edge lies so close that the fields cannot tell one from the
-other."""
+other. And the one of other radii where the shear is not at its largest share, whose edge moves into cells that earlier
+ones have sheared."""
 
 FEW_STICK = 0.35
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
@@ -106,7 +107,7 @@ class ZoneErrors:
             like = self.uniform and not (self.model.coupled or self.ends)
             part = PART_STICK_LIKE if like else PART_STICK
             if self.ends:
-                part *= max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
+                part = PART_STICK_ENDS * max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
             earlier = self._earlier_edge(summary, shear_path) if like else 0.0
@@ -114,9 +115,11 @@ class ZoneErrors:
         return math.hypot(self._contact_radius(summary, outline), unseen)
 
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
-        """Return the least error (mm) of a stick radius by an earlier edge of the stick zone beside it."""
+        """Return the least error (mm) of a stick radius by earlier edges of the stick zone."""
+        if not shear_path.is_below_largest:
+            return 0.0
         beside = shear_path.edges.apart(summary.stick_radius) < BESIDE * self.side
-        return EARLIER_EDGE * self.side if beside and shear_path.is_below_largest else 0.0
+        return (EARLIER_EDGE if beside else BELOW_LARGEST) * self.side
 
     def _thin_annulus(self, summary: Summary) -> float:
         """Return the least error (mm) of a stick radius that leaves an annulus thinner than cells; 0 of others."""

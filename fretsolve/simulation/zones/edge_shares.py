@@ -91,17 +91,16 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     opening = _opening(part, links, (slip_x, slip_y), fields.slip_before, (modulus_x, modulus_y))
     by_slip = _balance(part, links, reserve, opening)
     behind = inner + np.arange(4)[:, None] * (inner - outer)
-    first, second, third, fourth = nearest = reserve[behind]
     known = part.inside.take(behind).all(axis=0)
+    first, second, third, fourth = nearest = reserve[behind]
     growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
     growing &= first < second / 2.0**GAINED  # where the front is within the link
+    onward = _onward(part, links, fields.shear, friction_limit, behind)
+    receding = known & (onward[0] < onward[1]) & (_like_a_root(nearest) | _like_a_root(onward))
     share = by_slip
     # most increments have only one of these kinds of front
-    onward = nearest + _farther(part, links, fields.shear, behind)
-    last, before = onward[:2]
-    receding = known & (last < before) & (_like_a_root(first, second, third, fourth) | _like_a_root(*onward))
     if receding.any():
-        expected = last / np.where(receding, before - RATIO * last, np.inf) - RATIO_INSET
+        expected = onward[0] / np.where(receding, onward[1] - RATIO * onward[0], np.inf) - RATIO_INSET
         share = _trusted(share, receding, expected)
     if growing.any():
         places = growing.nonzero()[0]
@@ -116,20 +115,27 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     return _replaced(share, at_limit, lambda lever: inside + inset_by(lever))
 
 
-def _like_a_root(first: FloatArray, second: FloatArray, third: FloatArray, fourth: FloatArray) -> BoolArray:
-    """Return whether the reserves of the cells behind a front go like those behind one that has moved in."""
-    return (first < second) & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+def _like_a_root(reserves: FloatArray) -> BoolArray:
+    """Return whether the reserves (4, k) of the cells behind a front go like those behind one that has moved in."""
+    first, second, third, fourth = reserves
+    found: BoolArray = (first < second) & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
+    return found
 
 
-def _farther(part: CellPart, links: Links, shear: FloatArray, behind: IndexArray) -> FloatArray:
-    """Return by how much the limit that a front brings is farther than that in the own direction of the shear traction.
+def _onward(part: CellPart, links: Links, shear: FloatArray, limit: FloatArray, behind: IndexArray) -> FloatArray:
+    """Return the reserves (4, k) of the cells `behind` each link along the shear traction past it.
 
-    shear: (2, nx, ny); behind: the cells (4, k) behind each link. They still have the traction of an earlier load where
-    that has been taken back in part: twice the traction, where it is opposite to that past the front.
+    shear: (2, nx, ny); limit: the part's friction limits. Those cells may still have the traction of an earlier load,
+    as when that is taken back in part.
     """
     x, y = (part.cut(field, 0.0) for field in shear)
-    opposite = x[behind] * x[links.outer] + y[behind] * y[links.outer] < 0.0
-    return np.where(opposite, 2.0 * np.hypot(x[behind], y[behind]), 0.0)
+    past_x, past_y = x[links.outer], y[links.outer]
+    past = np.maximum(np.hypot(past_x, past_y), TINY)
+    x, y = x[behind], y[behind]
+    along = (x * past_x + y * past_y) / past
+    left = limit[behind] ** 2 - (x * x + y * y) + along * along
+    found: FloatArray = np.maximum(np.sqrt(np.maximum(left, 0.0)) - along, 0.0)
+    return found
 
 
 def _opening(

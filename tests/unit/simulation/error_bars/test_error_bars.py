@@ -497,17 +497,20 @@ def test_study_compares_corrected_values(tmp_path: Path) -> None:
 
 
 def test_it_is_said_why_there_are_no_bars_and_no_corrected_values(tmp_path: Path) -> None:
-    """The shear moves the contact to the edge of the cells of a coarse run."""
-    case = write_case(tmp_path, COUPLED.replace("16}", "16, size: 0.7227}"))
-    sheared = ("--set", "friction=0.3", "--set", "stage.2.Qx=108")
-    ran = invoke("run", case, "--error-bars", *sheared)
+    """The contact reaches the end of a height map on the cells of a coarse run, but of 60 points none does."""
+    x = np.arange(-33, 34) * 0.01
+    np.save(tmp_path / "sphere.npy", (x[:, None] ** 2 + x**2) / 20.0)
+    text = COUPLED.replace("16}", "24, size: 0.66 mm}").replace("radius: 10 mm}", "radius: 1e6 mm}")
+    heights = "  - heights: {file: sphere.npy, spacing: 0.01 mm}\n"
+    case = write_case(tmp_path, text.replace("surface: {sphere: ", "surface:\n" + heights + "  - {sphere: "))
+    ran = invoke("run", case, "--error-bars")
     assert ran.exit_code == 0, ran.stderr
-    why = "no error bars from increment 4 (stage 2) on: a coarse run has no solution there; more grid.points or a"
+    why = "no error bars from increment 0 (stage 1) on: a coarse run has no solution there; more grid.points or a"
     assert why in invoke("show", tmp_path / "case.h5").stdout.replace("\n", " ")
-    compared = invoke("study", case, "--corrected", "--vary", "grid.points=16,48", *sheared, "-o", tmp_path / "study")
+    compared = invoke("study", case, "--corrected", "--vary", "grid.points=24,60", "-o", tmp_path / "study")
     assert compared.exit_code == 0, compared.stderr
-    assert f"not corrected: 16 x 16: {why}" in compared.stdout
-    assert "not corrected: 48" not in compared.stdout
+    assert f"not corrected: 24 x 24: {why}" in compared.stdout
+    assert "not corrected: 60" not in compared.stdout
 
 
 def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:

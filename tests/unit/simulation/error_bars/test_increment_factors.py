@@ -47,7 +47,7 @@ LONG_STEPS = 1.01 * LONG_STEP
         (Steps(alone=True), (ALONE, CORRECTED_ALONE), (SAFETY[TOTAL], CORRECTED_SAFETY)),
         (Steps(coarsest=LONG_STEPS), (LONG, CORRECTED_LONG), (LONG, CORRECTED_LONG)),
         (Steps(askew=True), (ASKEW, CORRECTED_ASKEW), (ASKEW, CORRECTED_ASKEW_ENERGY)),
-        (Steps(askew=True, coarsest=LONG_STEPS), (LONG_ASKEW, CORRECTED_LONG_ASKEW), (LONG, CORRECTED_LONG)),
+        (Steps(askew=True, coarsest=LONG_STEPS), (LONG_ASKEW, CORRECTED_LONG_ASKEW), (ASKEW, CORRECTED_ASKEW_ENERGY)),
         (Steps(pressed_at_once=True), (ALONE, CORRECTED_PRESSED), (ALONE, CORRECTED_PRESSED)),
         (
             Steps(pressed_at_once=True, sheared_at_once=True),

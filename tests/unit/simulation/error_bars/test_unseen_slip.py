@@ -118,6 +118,24 @@ def test_cells_miss_less_of_a_wider_annulus(points: int, share: float) -> None:
         assert last.summary.work_total == pytest.approx(energy, rel=0.05)
 
 
+@pytest.mark.parametrize("cells", [10.0, 16.4, 22.7, 40.6])
+@pytest.mark.parametrize("width", [0.4, 0.7, 0.9, 1.2])
+def test_line_contacts_miss_more_of_a_thin_annulus(cells: float, width: float) -> None:
+    """Both edges lie alike in their cells, which may miss all of an annulus of 0.7 h. width: in cells."""
+    share = 1.0 - (1.0 - width / cells) ** 2
+    side = HERTZ.half_width / cells
+    points = 2 * math.ceil(1.2 * cells) + 2
+    path = [{"P": LINE_LOAD}, {"Qx": share * LINE_FRICTION * LINE_LOAD, "increments": 1}]
+    setup = set_up(line_case(grid={"points": points, "size": points * side}, load_path=path))
+    *_, last = run(setup)
+    slip = UnseenSlip(setup.model, side, slender=1.0, ends=False, edges=())
+    (missed,) = slip.energies_of_shear(last.summary, share, np.array([share]))
+    # cells much longer than the annulus miss all of it
+    (energy,) = replace(slip, side=10.0 * side).energies_of_shear(last.summary, share, np.array([share]))
+    assert missed == pytest.approx(min((0.7 / width) ** 1.5, 1.0) * energy, rel=0.01)
+    assert energy - last.summary.work_total <= 1.01 * missed
+
+
 @pytest.mark.parametrize("share", [0.02, 0.1])
 def test_shear_slips_at_the_edges_of_a_line_contact(share: float) -> None:
     """Against the integral of mu p times the slip, whose gradient is (2 mu p0/a E*) (x^2 - c^2)^(1/2)."""

@@ -16,7 +16,13 @@ from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
-from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, AT_LIMIT_EDGE, CONTACT_EDGE, EARLIER_EDGE
+from fretsolve.simulation.error_bars.zone_errors import (
+    AT_LIMIT,
+    AT_LIMIT_EDGE,
+    BELOW_LARGEST,
+    CONTACT_EDGE,
+    EARLIER_EDGE,
+)
 from fretsolve.simulation.simulation import run
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]
@@ -41,19 +47,19 @@ def stick_errors(setup: ProblemSetup, state: State) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     ("apart", "largest", "added"),
-    [(0.1, 0.8, EARLIER_EDGE), (-1.1, 0.8, EARLIER_EDGE), (1.3, 0.8, 0.0), (0.1, 0.5, 0.0)],
+    [(0.1, 0.8, EARLIER_EDGE), (-1.1, 0.8, EARLIER_EDGE), (1.3, 0.8, BELOW_LARGEST), (0.1, 0.5, 0.0)],
 )
 def test_an_earlier_edge_of_the_stick_zone_beside_it(
     sheared: tuple[ProblemSetup, State], apart: float, largest: float, added: float
 ) -> None:
-    """Like bodies' stick radii within BESIDE cells of an earlier one, unless the shear is at its largest share."""
+    """Like bodies' stick radii within BESIDE cells of an earlier one and others, unless the shear is at its largest."""
     setup, state = sheared
     assert not setup.model.coupled
     path = ShearPath(at=(0.5, 0.0, 0.0), largest=largest)
     path = replace(path, edges=StickEdges(smallest=state.summary.stick_radius - apart * setup.grid.dx))
     found, without = (
         float(LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), one)[STICK])
-        for one in (path, replace(path, edges=StickEdges()))
+        for one in (path, ShearPath(at=(0.5, 0.0, 0.0), largest=0.5))
     )
     assert found == pytest.approx(math.hypot(without, added * setup.grid.dx), rel=1e-9)
     turned = replace(path, edges=StickEdges(turned=path.edges.smallest))
