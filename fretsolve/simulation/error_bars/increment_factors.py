@@ -26,9 +26,9 @@ ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
 slip otherwise."""
 
-ALONE_AT_ONCE, CORRECTED_AT_ONCE, CORRECTED_PRESSED = 4.5, 3.5, 1.2
+ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
 """The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
-them; where only the former has, they have ALONE as run and CORRECTED_PRESSED."""
+them; where only the former has, they have the factors above."""
 
 LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 1.8
 """Way of an increment over what it leaves of the friction limit, from which on tangential values and energies have
@@ -102,7 +102,7 @@ class Steps:
                 widened.append((TANGENTIAL, LONG_ASKEW, CORRECTED_LONG_ASKEW))
         if self.pressed_at_once:
             both = self.sheared_at_once
-            widened.append((BY_SLIP, *((ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_PRESSED))))
+            widened.append((BY_SLIP, *((ALONE_AT_ONCE, CORRECTED_AT_ONCE) if both else (ALONE, CORRECTED_ALONE))))
             safety[STICK] = ALONE  # two increments do not show how the stick zone grows with the contact
         for which, least, least_corrected in widened:
             safety[which] = np.maximum(safety[which], least)

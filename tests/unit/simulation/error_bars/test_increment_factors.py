@@ -22,7 +22,6 @@ from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_AT_ONCE,
     CORRECTED_LONG,
     CORRECTED_LONG_ASKEW,
-    CORRECTED_PRESSED,
     CORRECTED_SAFETY,
     HIDDEN_ENERGY,
     HIDDEN_MOTION,
@@ -48,7 +47,7 @@ LONG_STEPS = 1.01 * LONG_STEP
         (Steps(coarsest=LONG_STEPS), (LONG, CORRECTED_LONG), (LONG, CORRECTED_LONG)),
         (Steps(askew=True), (ASKEW, CORRECTED_ASKEW), (ASKEW, CORRECTED_ASKEW_ENERGY)),
         (Steps(askew=True, coarsest=LONG_STEPS), (LONG_ASKEW, CORRECTED_LONG_ASKEW), (ASKEW, CORRECTED_ASKEW_ENERGY)),
-        (Steps(pressed_at_once=True), (ALONE, CORRECTED_PRESSED), (ALONE, CORRECTED_PRESSED)),
+        (Steps(pressed_at_once=True), (ALONE, CORRECTED_ALONE), (ALONE, CORRECTED_ALONE)),
         (
             Steps(pressed_at_once=True, sheared_at_once=True),
             (ALONE_AT_ONCE, CORRECTED_AT_ONCE),
