@@ -22,6 +22,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, sheared_stages, values_of
 from fretsolve.simulation.error_bars.increment_factors import (
+    CORRECTED_LINKED,
     SHIFTED,
     HiddenNearSliding,
     Steps,
@@ -141,14 +142,15 @@ class ErrorBars:
         safety, corrected_safety = self._steps(summary.step).factors()
         largest_change = self._largest_change(most)
         held = np.where(imposed, most, largest_change)
-        hidden = np.where(imposed, 0.0, np.hypot(self._linked(most), self._near_sliding.least(self._largest)))
+        linked = np.where(imposed, 0.0, self._linked(most))
+        hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
         if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
-            held[SHEAR_LOADS], hidden[SHEAR_LOADS] = most[SHEAR_LOADS], 0.0
+            held[SHEAR_LOADS], hidden[SHEAR_LOADS], linked[SHEAR_LOADS] = most[SHEAR_LOADS], 0.0, 0.0
         left = np.where(imposed, safety, corrected_safety) * held
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, safety * held, hidden], axis=0)
-        corrected = np.linalg.norm([others, left, unsolved, hidden], axis=0)
+        errors = np.linalg.norm([others, safety * held, hidden, linked], axis=0)
+        corrected = np.linalg.norm([others, left, unsolved, hidden, CORRECTED_LINKED * linked], axis=0)
         change[imposed] = 0.0
         if summary.step in self._path.last_steps:
             self._changes_before = largest_change

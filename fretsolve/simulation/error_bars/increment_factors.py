@@ -22,6 +22,9 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 CORRECTED_SAFETY = 1.0
 """Factor on the first-order error of the increments in the corrected values, where it has been taken out."""
 
+CORRECTED_LINKED = 0.5
+"""Part of the least errors by the correction of the energy (`linked`) that corrected values keep."""
+
 ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
 slip otherwise."""

@@ -49,7 +49,7 @@ RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
 
-MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.045, 1.0
+MOMENT, MOMENT_ENDS, MOMENT_SHEARED = 0.015, 0.045, 1.2
 """Least error of Mx and My over (h/a)^2 P a, and of Mz with the shear force Q: they sum up tractions of opposite
 effect. Those at ends are largest. And of Mx and My between unlike bodies over (h/a)^2 beta Q a with Dundurs' constant
 beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres and on height maps."""
@@ -180,6 +180,7 @@ class LeastErrors:
         if summary.max_pressure:
             self._add_heights(least, summary, largest)
             least[PRESSURE] += self._hidden_pressure(state)
+            least[PRESSURE] = math.hypot(least[PRESSURE], self._where_slip_meets(summary))
         return least
 
     def _cells_over_contact(self, summary: Summary, radius: float) -> DoubleArray:
@@ -259,11 +260,11 @@ class LeastErrors:
         return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
 
     def _hidden_pressure(self, state: State) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
+        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges and edges."""
         pressure, modulus = state.fields.pressure, self.model.compliances.contact_modulus
         at_edges = max((edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges), default=0.0)
         beside = (BETWEEN_CELLS + IN_CELLS) * _drop_beside_peak(pressure) if self.maps else 0.0
-        return PEAK * self.flattening + self.ridges + at_edges + beside + self._where_slip_meets(state.summary)
+        return PEAK * self.flattening + self.ridges + at_edges + beside
 
     def _where_slip_meets(self, summary: Summary) -> float:
         """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.

@@ -47,7 +47,7 @@ DIFFERENT = {
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("phi_x", "phi_y"), QuantityEstimate(smooth_shown=0.7)),
     **dict.fromkeys(("work", "work_total"), ENERGY),
-    **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=0.85, linked=0.1)),
+    **dict.fromkeys(TANGENTIAL, QuantityEstimate(order=0.85, linked=0.3)),
 }
 
 
