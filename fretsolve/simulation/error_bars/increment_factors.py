@@ -93,7 +93,7 @@ class Steps:
         """
         safety, corrected = SAFETY.copy(), np.full(len(SAFETY), CORRECTED_SAFETY)
         corrected[[MX, MY]] = SAFETY[[MX, MY]]
-        long = self.coarsest > LONG_STEP
+        long = self.coarsest > 1.001 * LONG_STEP  # not by rounding, where it is just that
         widened: list[tuple[BoolArray, float, float]] = []
         if self.alone:
             widened.append((TANGENTIAL, ALONE, CORRECTED_ALONE))

@@ -180,7 +180,6 @@ class LeastErrors:
         if summary.max_pressure:
             self._add_heights(least, summary, largest)
             least[PRESSURE] += self._hidden_pressure(state)
-            least[PRESSURE] = math.hypot(least[PRESSURE], self._where_slip_meets(summary))
         return least
 
     def _cells_over_contact(self, summary: Summary, radius: float) -> DoubleArray:
@@ -260,11 +259,11 @@ class LeastErrors:
         return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
 
     def _hidden_pressure(self, state: State) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges and edges."""
+        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
         pressure, modulus = state.fields.pressure, self.model.compliances.contact_modulus
         at_edges = max((edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges), default=0.0)
         beside = (BETWEEN_CELLS + IN_CELLS) * _drop_beside_peak(pressure) if self.maps else 0.0
-        return PEAK * self.flattening + self.ridges + at_edges + beside
+        return PEAK * self.flattening + self.ridges + at_edges + beside + self._where_slip_meets(state.summary)
 
     def _where_slip_meets(self, summary: Summary) -> float:
         """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.

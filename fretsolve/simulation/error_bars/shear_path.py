@@ -40,8 +40,8 @@ class ShearPath:
     friction limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in
     annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to gross
     slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
-    edges: earlier edges of the stick zone. now: the summary of the last increment; before: that of the largest P of
-    those before it; None where there is none.
+    edges: earlier edges of the stick zone; turned_at: where it last turned by more than a right angle. now: the summary
+    of the last increment; before: that of the largest P of those before it; None where there is none.
     """
 
     at: Shares = (0.0, 0.0, 0.0)
@@ -52,6 +52,7 @@ class ShearPath:
     last_thin: float = 0.0
     thin: float = 0.0
     edges: StickEdges = StickEdges()
+    turned_at: Shares | None = None
     now: Summary | None = None
     before: Summary | None = None
 
@@ -64,6 +65,11 @@ class ShearPath:
     def left(self) -> float:
         """The part of the friction limit that is left, LEAST_LEFT at least."""
         return _left(self.at)
+
+    @property
+    def since_turn(self) -> float:
+        """Half of the way since the last turn, which slips like a first load of that; `largest` before any turn."""
+        return self.largest if self.turned_at is None else 0.5 * math.dist(self.at, self.turned_at)
 
     @property
     def is_below_largest(self) -> bool:
@@ -94,6 +100,7 @@ class ShearPath:
             last_thin=thin,
             thin=self.thin + thin,
             edges=StickEdges(smallest, self.now.stick_radius if self.now and turns else self.edges.turned),
+            turned_at=self.at if turns else self.turned_at,
             now=summary,
             before=self._most_pressed,
         )

@@ -31,9 +31,9 @@ SHARP_EDGE = 0.1
 """Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
 outline to their cells."""
 
-PART_STICK, PART_STICK_ENDS, PART_STICK_LIKE, PART_STICK_ORDER = 0.36, 0.45, 0.1, 1.5
-"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER; that of
-bodies with ends; and that between like bodies without ends, under one coefficient of friction."""
+PART_STICK, PART_STICK_LIKE, PART_STICK_ORDER = 0.45, 0.1, 1.5
+"""Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER; that between
+like bodies without ends, under one coefficient of friction."""
 
 EARLIER_EDGE, BESIDE, BELOW_LARGEST = 0.25, 1.2, 0.12
 """Least error of the stick radius over h where it is within BESIDE h of the smallest one so far, or of that at the last
@@ -100,14 +100,14 @@ class ZoneErrors:
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             # one less than a cell wide that is as long as the contact is in this proportion
             return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
-        thin = self.unseen.sheared_annulus(summary, shear_path.largest)
+        thin = self.unseen.sheared_annulus(summary, shear_path.since_turn)
         unseen = max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
         width = self.unseen.annulus(summary)
         if 0 < summary.stick_cells < summary.contact_cells or width:
             like = self.uniform and not (self.model.coupled or self.ends)
             part = PART_STICK_LIKE if like else PART_STICK
             if self.ends:
-                part = PART_STICK_ENDS * max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
+                part *= max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
             earlier = self._earlier_edge(summary, shear_path) if like else 0.0

@@ -9,7 +9,8 @@ pressure, and slip that of the gap: the slip increment, or all the slip so far w
 
 No smooth front fits along a body's sharp edge, and in contacts so small that no cell has its neighbours with it. The
 reserve behind the front gives its place if there is less slip than belongs to the shear traction, as when the front
-moves by less than a cell in an increment, and if the stick zone grows (T17).
+moves by less than a cell in an increment, and if the stick zone grows (T17). For a front that moves in it counts along
+the traction past it, since the cells behind may still have that of an earlier load.
 """
 
 from __future__ import annotations
@@ -89,15 +90,14 @@ def _slip_share(part: CellPart, links: Links, fields: ZoneFields, materials: Com
     across, along = materials.contact_modulus, 2.0 / materials.torsional
     modulus_x, modulus_y = np.where(links.along_y, along, across), np.where(links.along_y, across, along)
     opening = _opening(part, links, (slip_x, slip_y), fields.slip_before, (modulus_x, modulus_y))
-    by_slip = _balance(part, links, reserve, opening)
+    share = _balance(part, links, reserve, opening)
     behind = inner + np.arange(4)[:, None] * (inner - outer)
     known = part.inside.take(behind).all(axis=0)
-    first, second, third, fourth = nearest = reserve[behind]
+    reserves, onward = reserve[behind], _onward(part, links, fields.shear, friction_limit, behind)
+    first, second, third, fourth = reserves
+    receding = known & (onward[0] < onward[1]) & (_like_a_root(reserves) | _like_a_root(onward))
     growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
     growing &= first < second / 2.0**GAINED  # where the front is within the link
-    onward = _onward(part, links, fields.shear, friction_limit, behind)
-    receding = known & (onward[0] < onward[1]) & (_like_a_root(nearest) | _like_a_root(onward))
-    share = by_slip
     # most increments have only one of these kinds of front
     if receding.any():
         expected = onward[0] / np.where(receding, onward[1] - RATIO * onward[0], np.inf) - RATIO_INSET

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from line_cases import HERTZ as LINE_HERTZ
 from line_cases import LOAD, SHEAR_FORCE, line_case
 from solving import DISSIMILAR, build
 
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
@@ -64,6 +66,17 @@ def test_an_earlier_edge_of_the_stick_zone_beside_it(
     assert found == pytest.approx(math.hypot(without, added * setup.grid.dx), rel=1e-9)
     turned = replace(path, edges=StickEdges(turned=path.edges.smallest))
     assert LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), turned)[STICK] == found
+
+
+@pytest.mark.parametrize("back", [17.6, 20.0, 22.5])
+def test_an_annulus_that_a_turn_makes_is_seen_as_one(back: float) -> None:
+    """A force taken back a little slips in an annulus thinner than a cell, in which all cells may stick."""
+    path = [{"P": 100.0}, {"Qx": 24.0, "increments": 3}, {"Qx": back, "increments": 4}]
+    case = line_case(grid={"points": 24, "size": 2.2 * LINE_HERTZ.half_width}, load_path=path)
+    *_, last = run_with_error_bars(case)
+    assert last.errors is not None
+    exact = LINE_HERTZ.half_width * math.sqrt(1.0 - 0.5 * (24.0 - back) / 30.0)
+    assert abs(last.summary.stick_radius - exact) <= last.errors.stick_radius_error < 0.1 * exact
 
 
 def test_the_edge_of_like_bodies_is_known_better(sheared: tuple[ProblemSetup, State]) -> None:
