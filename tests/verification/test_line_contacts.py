@@ -129,7 +129,7 @@ class TestCylinder:
 
     @pytest.mark.parametrize("increments", [1, 5])
     @pytest.mark.parametrize("cells", [12, 15, 20, 41])
-    @pytest.mark.parametrize("turned", [-1.04, -0.99, -0.96, -0.92, -0.7])
+    @pytest.mark.parametrize("turned", [-1.04, -0.99, -0.96, -0.92, -0.9, -0.7])
     def test_stick_zone_of_unequal_turns(self, cells, turned, increments):
         """An edge up to a cell from an earlier one is found to 0.24 of a cell, beyond an earlier one far closer."""
         peak = 0.6 * FRICTION * LOAD

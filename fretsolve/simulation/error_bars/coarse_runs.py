@@ -96,7 +96,7 @@ class CoarseRun:
             return False
         self._rings += 1
         self.setup = replace(self.setup, grid=self.setup.grid.with_ring())
-        self.__dict__.pop("solver", None)
+        del self.solver  # it is for the smaller grid
         self._states, self._values = self._from_start(), []
         return True
 

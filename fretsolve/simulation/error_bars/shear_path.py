@@ -89,8 +89,8 @@ class ShearPath:
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         last = math.hypot(*way)
-        turns = self.now is not None and sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0
-        smallest = min(self.edges.smallest, summary.stick_radius)
+        turns = sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0
+        turned = self.now.stick_radius if turns and self.now else self.edges.turned
         return ShearPath(
             at=at,
             largest=max(self.largest, min(math.hypot(*at) + pressed, 1.0)),
@@ -99,7 +99,7 @@ class ShearPath:
             coarsest=max(self.coarsest, last / _left(at)),
             last_thin=thin,
             thin=self.thin + thin,
-            edges=StickEdges(smallest, self.now.stick_radius if self.now and turns else self.edges.turned),
+            edges=StickEdges(min(self.edges.smallest, summary.stick_radius), turned),
             turned_at=self.at if turns else self.turned_at,
             now=summary,
             before=self._most_pressed,

@@ -26,9 +26,9 @@ the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the 
 flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
 
 SHEARED_CELLS, SHEARED_CELLS_LINE, SHEARED_ORDER = 0.4, 0.7, 1.5
-"""Width in cells up to which they see nothing of an annulus that shear makes, also in line contact, both of whose edges
-may lie alike in their cells; and the power of the width with which the part of its energy falls from there on that they
-miss at most. Spheres missed half of that, cylinders nearly all."""
+"""Width in cells up to which cells may see nothing of an annulus that shear makes; that in line contact, both of whose
+edges may lie alike in their cells. Of the energy of a wider annulus they miss a part at most that falls with this power
+of the width. Spheres missed half of that, cylinders nearly all."""
 
 FLAT_WORK = 1.0
 """What a flat punch dissipates that is pressed against an unlike body, over mu beta (w/a) pm^2 a^3/E*, with the mean
@@ -98,11 +98,9 @@ class UnseenSlip:
         width = self.sheared_annulus(summary, share)
         if not width:
             return np.zeros_like(ways)
-        pair, limit = self.model.compliances, self.model.friction * summary.P
-        compliance = (
-            pair.A / (12.0 * math.pi) if self.model.line else pair.tangential / (144.0 * summary.contact_radius)
-        )
-        unseen = (SHEARED_CELLS_LINE if self.model.line else SHEARED_CELLS) * self.side
+        pair, limit, line = self.model.compliances, self.model.friction * summary.P, self.model.line
+        compliance = pair.A / (12.0 * math.pi) if line else pair.tangential / (144.0 * summary.contact_radius)
+        unseen = (SHEARED_CELLS_LINE if line else SHEARED_CELLS) * self.side
         missed = min((unseen / width) ** SHEARED_ORDER, 1.0)
         found: DoubleArray = missed * limit**2 * compliance * share**2 / (1.0 - 2.0 * share / 3.0) * ways
         return found

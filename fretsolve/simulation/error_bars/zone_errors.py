@@ -38,8 +38,8 @@ like bodies without ends, under one coefficient of friction."""
 EARLIER_EDGE, BESIDE, BELOW_LARGEST = 0.25, 1.2, 0.12
 """Least error of the stick radius over h where it is within BESIDE h of the smallest one so far, or of that at the last
 turn, and the shear is not at its largest share: an earlier edge lies so close that the fields cannot tell one from the
-other. And the one of other radii where the shear is not at its largest share, whose edge moves into cells that earlier
-ones have sheared."""
+other. BELOW_LARGEST is that of all other radii where the shear is not at its largest share: their edge moves into cells
+that earlier loads have sheared."""
 
 FEW_STICK = 0.35
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
