@@ -176,3 +176,6 @@ HISTORY_DIMENSIONS: dict[str, Dimension] = {
 
 LINE_DIMENSIONS = {name: PER_LENGTH.get(dimension, dimension) for name, dimension in HISTORY_DIMENSIONS.items()}
 """The same in a line contact."""
+
+ERROR_SUFFIX, CORRECTED_SUFFIX = "_error", "_corrected"
+"""What the names of error bars, and of values corrected for the number of increments, end with."""

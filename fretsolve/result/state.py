@@ -14,6 +14,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.history import CORRECTED_SUFFIX as CORRECTED_SUFFIX
+from fretsolve.case.history import ERROR_SUFFIX as ERROR_SUFFIX
 from fretsolve.case.history import Summary as Summary  # a part of the state
 from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 
@@ -59,9 +61,6 @@ class Certificate:
     def worst(self) -> float:
         """The largest of the residuals; NaN if one of them is."""
         return float(np.max(list(vars(self).values())))
-
-
-ERROR_SUFFIX, CORRECTED_SUFFIX = "_error", "_corrected"
 
 
 @dataclass(frozen=True)

@@ -134,9 +134,16 @@ def states_of(
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
 
 
-def increment_solver(setup: ProblemSetup, separation: DoubleArray, threads: int) -> IncrementSolver:
-    """Return the solver of a problem's increments; separation: of the undeformed surfaces."""
+def increment_solver(
+    setup: ProblemSetup, separation: DoubleArray, threads: int, to_map_end: bool = False
+) -> IncrementSolver:
+    """Return the solver of a problem's increments.
+
+    separation: of the undeformed surfaces; to_map_end: whether the contact may reach the last cells of a height map, as
+    if it were the end of the material. Otherwise such an increment has no solution.
+    """
     load_wisdom()
+    border = None if to_map_end else map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     return _solver_type(setup, separation)(
         setup.grid,
         separation,
@@ -144,7 +151,7 @@ def increment_solver(setup: ProblemSetup, separation: DoubleArray, threads: int)
         setup.case.solver.tolerance,
         setup.case.solver.max_iterations,
         threads,
-        map_border(setup.case.surface, setup.grid.x, setup.grid.y),
+        border,
         precision_of(setup),
         load(setup.compiled),
     )

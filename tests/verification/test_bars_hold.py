@@ -15,12 +15,13 @@ import pytest
 from line_cases import FRICTION as LINE_FRICTION
 from line_cases import HERTZ as LINE_HERTZ
 from line_cases import LOAD as LINE_LOAD
+from line_cases import MATERIAL as LINE_MATERIAL
 from line_cases import line_case
 from solving import DISSIMILAR, SIMILAR, SPHERE, build
 
 from fretsolve.case.models import Case
 from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.line import RoundedPunch
+from fretsolve.reference.line import LinePartialSlip, RoundedPunch
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import set_up
@@ -605,6 +606,19 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {1: {"max_pressure": 425.033}, 2: {"max_pressure": 425.476}},
     ),
+    "a sphere that comes back to its largest force from zero, where a ring of cells slips again bit by bit": (
+        {
+            "bodies": [{"young_modulus": 200e3, "poisson_ratio": 0.3}] * 2,
+            "surface": {"sphere": {"radius": 10.0}},
+            "friction": 0.3,
+            "grid": {"points": 32},
+            "load_path": [
+                {"P": 100.0, "increments": 1},
+                *({"Qx": force, "increments": 4} for force in (15.0, 0.0, 15.0)),
+            ],
+        },
+        {4: {"stick_radius": 0.15443}},  # on 96 points in 96 increments each
+    ),
     "the same of a crowned cylinder, which no cell sees": (
         {
             "bodies": ["rigid", {"young_modulus": 27800.0, "poisson_ratio": 0.05}],
@@ -873,6 +887,18 @@ def test_bars_hold_the_stick_zone_of_a_reversed_line_contact(turned: float, shar
         assert (
             abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.5 * 2.3 * LINE_HERTZ.half_width / points
         )
+
+
+@pytest.mark.parametrize(("share", "points"), [(0.15, 129), (0.3, 24), (0.5, 33), (0.6, 32), (0.9, 32), (0.97, 48)])
+@pytest.mark.parametrize("increments", [1, 8])
+def test_bars_hold_the_energy_of_a_sheared_line_contact(share: float, points: int, increments: int) -> None:
+    """The coarse grids agree by chance, while the edge of the stick zone lies at an unlucky place in the cells."""
+    shear_force = share * LINE_FRICTION * LINE_LOAD
+    path = [{"P": LINE_LOAD}, {"Qx": shear_force, "increments": increments}]
+    summary, errors = ends_of_stages(line_case(grid={"points": points}, load_path=path))[2]
+    exact = LinePartialSlip(LINE_HERTZ, LINE_FRICTION, shear_force, LINE_MATERIAL.A).work_per_cycle / 4.0
+    in_cells = (1.0 - math.sqrt(1.0 - share)) * points / 2.3  # the width of the slip annulus
+    assert abs(summary.work_total - exact) <= errors.work_total_error < exact / in_cells
 
 
 @pytest.mark.parametrize("points", [32, 48, 64])

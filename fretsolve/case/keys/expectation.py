@@ -9,13 +9,16 @@ from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, WithJson
 
 from fretsolve.case.base import CaseModel, Count, require_either
 from fretsolve.case.dimensions import NUMBER, Dimension
-from fretsolve.case.history import HISTORY_DIMENSIONS
+from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
 from fretsolve.case.problems import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 
 
 def _known_quantity(name: str) -> str:
     if name not in HISTORY_DIMENSIONS:
+        for of_bars in (CORRECTED_SUFFIX, ERROR_SUFFIX):
+            if (as_run := name.removesuffix(of_bars)) in HISTORY_DIMENSIONS and as_run != name:
+                raise refused(f"{shown(name)} is of the error bars; values as run are compared: {as_run} is needed")
         measured = [known for known, dimension in HISTORY_DIMENSIONS.items() if dimension != NUMBER]  # counts are rare
         raise refused(f"{shown(name)} is not a quantity that can be compared; {nearest(name, measured)}")
     return name

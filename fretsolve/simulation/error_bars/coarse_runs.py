@@ -81,7 +81,7 @@ class CoarseRun:
         """The solver. Making one for both runs on a grid saves the time of a third of an increment."""
         if self._beside is not None and self._beside.setup.grid == self.setup.grid:
             return self._beside.solver
-        return increment_solver(self.setup, self.setup.separation(), self._threads)
+        return increment_solver(self.setup, self.setup.separation(), self._threads, to_map_end=True)
 
     def _from_start(self) -> Iterator[State]:
         """Yield the states from the first increment on."""
@@ -90,7 +90,8 @@ class CoarseRun:
     def _widen(self) -> bool:
         """Start again with one more ring of cells around the area, and return whether that may help.
 
-        The cells are the same ones, and so are the values up to where the contact has reached their edge.
+        The cells are the same ones, and so are the values up to where the contact has reached their edge. Beyond a
+        height map there is no material, so that its last cells may be in contact.
         """
         if self._rings == MOST_RINGS:
             return False
@@ -114,7 +115,7 @@ class CoarseRun:
             try:
                 summary = next(self._states).summary
             except GridEdgeError as error:
-                if error.component == "map" or not self._widen():  # beyond a height map nothing is known
+                if not self._widen():
                     self.failure = error
             except (NoSolutionError, CaseError) as error:  # a surface may fit the cells of the run alone
                 self.failure = error
@@ -196,8 +197,9 @@ class CoarseRuns:
         """Return why a coarse run stopped, in one line; None if none did."""
         for coarse in self.all:
             if coarse.failure is not None:
-                cells = " x ".join(map(str, coarse.setup.grid.shape[: self._directions]))
-                return f"the coarse run on {cells} cells has no solution: {coarse.failure.message}"
+                size, count = coarse.setup.grid.shape[: self._directions], coarse.setup.load_path.increments
+                which = f"{' x '.join(map(str, size))} cells with {count} increment{'s' * (count != 1)}"
+                return f"the coarse run on {which} has no solution: {coarse.failure.message}"
         return None
 
     def last_known(self, step: int) -> PathPoint:

@@ -43,7 +43,7 @@ DIFFERENT = {
     **dict.fromkeys(("P", "delta_z"), BY_LOAD),
     "contact_radius": QuantityEstimate(smooth_order=2.0, smooth_shown=0.75),
     "stick_radius": QuantityEstimate(shown=0.75, smooth_shown=0.75, safety=1.0, linked=0.22),
-    "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.2),
+    "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.19),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("phi_x", "phi_y"), QuantityEstimate(smooth_shown=0.7)),
     **dict.fromkeys(("work", "work_total"), ENERGY),

@@ -15,7 +15,7 @@ from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import DoubleArray, vector_lengths
 
-CONTACT_EDGE, MAP_EDGE = 0.008, 0.0105
+CONTACT_EDGE, MAP_EDGE = 0.0075, 0.01
 """Least error of the contact radius over h, and on height maps; that of a stick zone which fills the contact is the
 same."""
 
@@ -31,7 +31,7 @@ SHARP_EDGE = 0.1
 """Least error of radii over h where a body ends sharply, or by a rounding that fits into a cell: all grids round its
 outline to their cells."""
 
-PART_STICK, PART_STICK_LIKE, PART_STICK_ORDER = 0.45, 0.1, 1.5
+PART_STICK, PART_STICK_LIKE, PART_STICK_ORDER = 0.45, 0.085, 1.5
 """Least error of the radius of a stick zone that does not fill the contact, over a (h/a)^PART_STICK_ORDER; that between
 like bodies without ends, under one coefficient of friction."""
 
@@ -54,10 +54,10 @@ ends: a flat punch slips everywhere at once."""
 THIN_EDGE = 0.15
 """Least error of the stick radius over h where the slip annulus is thinner than a cell."""
 
-AT_LIMIT, AT_LIMIT_EDGE = 3e-3, 0.3
-"""Distance from the friction limit, over it, within which a cell that sticks may as well slip; and the least error of
-the stick radius over what such cells add to it. A load that comes back to where a cycle has slipped before brings a
-whole ring of cells there, of which other increments let a part slip."""
+AT_LIMIT = 3e-3
+"""Distance from the friction limit, over it, within which a cell that sticks may as well slip. A load that comes back
+to where a cycle about a mean has slipped before brings a whole ring of cells there, of which other increments let a
+part slip, and a little more load all. So the least error of the stick radius is all that such cells add to it."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class ZoneErrors:
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
         least[CONTACT] = self._contact_radius(state.summary, outline)
         stick = self._stick_radius(state.summary, outline, ratio, shear_path)
-        least[STICK] = math.hypot(stick, AT_LIMIT_EDGE * self._held_at_limit(state))
+        least[STICK] = math.hypot(stick, self._held_at_limit(state))
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
 
     def _contact_radius(self, summary: Summary, outline: float) -> float:

@@ -78,16 +78,14 @@ def test_an_area_that_no_ring_makes_large_enough() -> None:
     assert run.setup.grid.shape == (8 + 2 * MOST_RINGS, 8 + 2 * MOST_RINGS)
 
 
-@pytest.mark.parametrize(("half", "known"), [(33, False), (45, True)])
-def test_height_maps_have_bars_where_they_go_on(tmp_path: Path, half: int, known: bool) -> None:
-    """Beyond them nothing is known. half: heights on each side of the middle, one at 0.01 mm."""
+@pytest.mark.parametrize("half", [33, 45])
+def test_height_maps_have_bars_where_they_end_beside_the_contact(tmp_path: Path, half: int) -> None:
+    """The larger cells at their end may be in contact. half: heights on each side of the middle, one at 0.01 mm."""
     x = np.arange(-half, half + 1) * 0.01
     np.save(tmp_path / "sphere.npy", (x[:, None] ** 2 + x**2) / 20.0)
     surface: list[Any] = [{"heights": {"file": str(tmp_path / "sphere.npy"), "spacing": 0.01}}]
     setup = set_up(build(surface=surface, grid={"points": 24, "size": TIGHT}, load_path=PATH[:1]))
     found, told = with_bars(setup)
-    assert found.summary.contact_radius == pytest.approx(A, rel=0.01)
-    assert np.isfinite(bar(found, "delta_z")) == known
-    if not known:
-        what = "the coarse run on 10 x 10 cells has no solution: the contact reaches the edge of the height map"
-        assert what in told[0]
+    assert not told
+    for name, exact in {"contact_radius": A, "delta_z": HERTZ.delta_z, "max_pressure": HERTZ.max_pressure}.items():
+        assert abs(getattr(found.summary, name) - exact) <= bar(found, name) < 0.05 * exact, name

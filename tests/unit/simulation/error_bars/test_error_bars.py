@@ -239,7 +239,7 @@ def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.M
     assert len(rows) == 4
     assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
     assert len(told) == 1
-    what = "the coarse run on 8 x 8 cells has no solution: gross slip under Qx = 59 N"
+    what = "the coarse run on 8 x 8 cells with 4 increments has no solution: gross slip under Qx = 59 N"
     assert told[0].startswith(f"no error bars from increment 3 on: {what}")
     assert "\n" not in told[0]
 
@@ -255,7 +255,7 @@ def test_surface_that_the_coarse_cells_miss_leaves_unknown_bars(tmp_path: Path) 
     ((state, errors),) = with_bars(setup, warn=told.append)
     assert state.summary.contact_cells > 0
     assert math.isnan(errors.delta_z_error)
-    assert told and "the coarse run on 8 x 8 cells has no solution" in told[0]
+    assert told and "the coarse run on 8 x 8 cells with 1 increment has no solution" in told[0]
 
 
 @pytest.mark.parametrize(
@@ -497,12 +497,13 @@ def test_study_compares_corrected_values(tmp_path: Path) -> None:
 
 
 def test_it_is_said_why_there_are_no_bars_and_no_corrected_values(tmp_path: Path) -> None:
-    """The contact reaches the end of a height map on the cells of a coarse run, but of 60 points none does."""
-    x = np.arange(-33, 34) * 0.01
-    np.save(tmp_path / "sphere.npy", (x[:, None] ** 2 + x**2) / 20.0)
-    text = COUPLED.replace("16}", "24, size: 0.66 mm}").replace("radius: 10 mm}", "radius: 1e6 mm}")
-    heights = "  - heights: {file: sphere.npy, spacing: 0.01 mm}\n"
-    case = write_case(tmp_path, text.replace("surface: {sphere: ", "surface:\n" + heights + "  - {sphere: "))
+    """A map of a small island with nothing around it, which no centre of the coarsest cells of 24 points meets."""
+    heights = np.full((201, 201), np.nan)
+    heights[92:109, 92:109] = 0.0
+    np.save(tmp_path / "island.npy", heights)
+    text = COUPLED.replace("16}", "24, size: 0.9 mm}").replace("P: 400", "P: 1").replace("Qx: 20", "Qx: 0.01")
+    island = "  - heights: {file: island.npy, spacing: 4 um}\n"
+    case = write_case(tmp_path, text.replace("surface: {sphere: ", "surface:\n" + island + "  - {sphere: "))
     ran = invoke("run", case, "--error-bars")
     assert ran.exit_code == 0, ran.stderr
     why = "no error bars from increment 0 (stage 1) on: a coarse run has no solution there; more grid.points or a"
