@@ -29,8 +29,21 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 MORE_FILES = "a higher limit (ulimit -n) is needed"
 
 
+class _Command(click.Command):
+    """A command whose errors of usage all know it: click leaves it out of some, as that of a value for a flag."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx
+            raise
+
+
 class CommandLine(click.Group):
     """Run the commands of a group: each returns its exit code, and errors are printed on one line."""
+
+    command_class = _Command
 
     def main(self, *args: Any, **options: Any) -> Any:
         """Run the command line and exit; see `click.Command.main`."""
