@@ -6,21 +6,19 @@ They advance with the run whose errors they show, so that it can be stopped afte
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from functools import cached_property, partial
-from itertools import accumulate, compress
-from operator import or_
 
 import numpy as np
 
-from fretsolve.case.history import SHEARING
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary
 from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages
 from fretsolve.simulation.error_bars.path_points import PathPoint, at_point, between_common_points, common_points
 from fretsolve.simulation.error_bars.quantity_estimates import TOTAL
 from fretsolve.simulation.simulation import increment_solver, states_of
@@ -44,13 +42,6 @@ FIRST_ORDER = 1.5
 proportion from zero. An increment there errs by the square of its part of the load, so that all of them err by n^(-3/2)
 on a cone and by n^(-5/3) on a sphere. With 3 to 24 equal increments a pressed sphere shows orders of 1.4 to
 1.7, and graded ones 1.4 to 2.3, whose energy it so corrects by too much, though by less than the first order would."""
-
-MANY = 4
-"""Increments of each stage that slips, at least, from which a half and a quarter of them show what more would change.
-Of less, all and twice as many do. Twice as many would halve the errors of the second order that are left, but take
-three times as long. All and half of 4 to 7 increments took 0.82 of the run's time in the median of 80 random cases,
-half and a quarter 0.58, with corrected values as good: errors of 1.8e-3 instead of 2.0e-3 of `delta_x`, 2.9 instead of
-2.6 % of the energy."""
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -128,18 +119,6 @@ class CoarseRun:
     def values_at(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point of the load path, interpolated between increments."""
         return at_point(self.values, self.setup.load_path, point)
-
-
-@dataclass(frozen=True)
-class CoarseCounts:
-    """Increments per stage of the coarse runs: on a third of the points, on the same ones to compare, and on half.
-
-    other: None where the number of increments does not matter.
-    """
-
-    third: tuple[int, ...]
-    other: tuple[int, ...] | None
-    half: tuple[int, ...]
 
 
 class CoarseRuns:
@@ -288,55 +267,6 @@ class CoarseRuns:
     def _slips_in(self, stage: int) -> bool:
         """Return whether something may slip in a stage of the path."""
         return self._slips[self._path.stages[stage].number]
-
-
-def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
-    """Return the increments of the coarse runs; slips: of each stage, whether something may slip in it.
-
-    Their number matters where the slip depends on the path, and where it turns. All stages have the same share of the
-    run's increments, but for rounding, since only so the errors of all of them grow by one factor.
-    """
-    counts = setup.load_path.counts
-    unslipping_third, unslipping_half = unslipping_counts(counts)
-    if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
-        return CoarseCounts(unslipping_third, None, unslipping_half)
-    slipping = list(compress(counts, slips))
-    third = half = counts
-    if min(slipping) >= MANY:
-        other = half = tuple(-(-count // 4) for count in counts)
-        third = tuple(2 * count for count in other)
-    else:
-        other = tuple(2 * count for count in counts)
-        if not any(count % 2 for count in slipping):
-            half = tuple(count // 2 for count in counts)
-    # until something slips, one increment leads to the same state as many
-    third, half = where(slips, third, unslipping_third), where(slips, half, unslipping_half)
-    return CoarseCounts(third, where(slips, other, [1] * len(other)), half)
-
-
-def unslipping_counts(counts: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the increments, on a third and on half of the points, of stages in which nothing depends on their number.
-
-    Differences of grids are interpolated between the increments that all runs share.
-    """
-    third = tuple(count if count % 4 else count // 2 for count in counts)
-    return third, tuple(count if count % 2 else count // 2 for count in third)
-
-
-def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> tuple[int, ...]:
-    """Return the numbers of `here` for stages that slip, and those of `there` for the others."""
-    return tuple(one if slipping else other for slipping, one, other in zip(slips, here, there, strict=True))
-
-
-def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
-    """Return for each stage whether something may slip in it: all between dissimilar bodies, or once one is sheared."""
-    return tuple(setup.model.coupled or sheared for sheared in sheared_stages(setup))
-
-
-def sheared_stages(setup: ProblemSetup) -> tuple[bool, ...]:
-    """Return for each stage whether it or one before it shears."""
-    moved = (any(name in SHEARING and value for name, value in stage.targets) for stage in setup.case.stages())
-    return tuple(accumulate(moved, or_))
 
 
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out: Collection[int] = ()) -> ProblemSetup:

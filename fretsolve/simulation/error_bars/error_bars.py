@@ -20,7 +20,8 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, sheared_stages, values_of
+from fretsolve.simulation.error_bars.coarse_counts import sheared_stages
+from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
 from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_LINKED,
     SHIFTED,

@@ -11,7 +11,7 @@ from fretsolve.model.bulk_stress import BulkResponse, mismatch_displacement, sur
 from fretsolve.model.grid import Grid
 from fretsolve.model.required_terms import derive_model
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.coarse_runs import slipping_stages
+from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
 
 STEEL = ElasticBody(young_modulus=200e3, poisson_ratio=0.3)
 

@@ -1,4 +1,4 @@
-"""Coarse runs whose larger cells do not hold the contact within the area of the run."""
+"""Coarse runs, also those whose larger cells do not hold the contact within the area of the run."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import pytest
 from line_cases import HERTZ as LINE_HERTZ
 from line_cases import LOAD as LINE_LOAD
 from line_cases import line_case
-from solving import FRICTION, HERTZ, LOAD, MATERIAL, A, build
+from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.errors import GridEdgeError
 from fretsolve.reference.tangential import cattaneo_mindlin
-from fretsolve.result.state import State
+from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars.coarse_runs import MOST_RINGS, CoarseRun, coarser
+from fretsolve.simulation.error_bars.coarse_runs import MOST_RINGS, CoarseRun, CoarseRuns, coarser
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.path_points import PathPoint
 
 FORCE = 0.6 * FRICTION * LOAD
 PATH = [{"P": LOAD, "increments": 4}, {"Qx": FORCE, "increments": 4}]
@@ -89,3 +90,56 @@ def test_height_maps_have_bars_where_they_end_beside_the_contact(tmp_path: Path,
     assert not told
     for name, exact in {"contact_radius": A, "delta_z": HERTZ.delta_z, "max_pressure": HERTZ.max_pressure}.items():
         assert abs(getattr(found.summary, name) - exact) <= bar(found, name) < 0.05 * exact, name
+
+
+def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
+    setup = set_up(build(grid={"points": [17, 24], "size": 0.8}, load_path=[{"P": 400, "increments": 3}]))
+    coarse = coarser(setup, 2, (2,))
+    assert coarse.grid.shape == (9, 12)
+    assert coarse.grid.size == pytest.approx(setup.grid.size)
+    assert coarse.load_path.counts == (2,)
+    assert coarse.case.solver.tolerance == pytest.approx(3e-5)
+    assert setup.load_path.counts == (3,)
+    assert coarser(setup, 3, (2,)).grid.shape == (8, 8)
+
+
+@pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 3e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
+def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None:
+    setup = set_up(build(grid={"points": 16}, solver={"tolerance": tolerance}))
+    assert coarser(setup, 2, (1,)).case.solver.tolerance == pytest.approx(looser)
+
+
+def test_coarse_run_goes_as_far_as_it_is_asked() -> None:
+    path = [{"P": 400}, {"Qx": 20, "increments": 4}]
+    coarse = CoarseRun(set_up(build(grid={"points": 16}, load_path=path)), 1)
+    assert coarse.values(-1) is not None
+    assert coarse.applications == 0
+    one, three = coarse.values(1), coarse.values(3)
+    assert one is not None and three is not None
+    spent = coarse.applications
+    middle = coarse.values_at(PathPoint(1, 0.5))
+    between = coarse.values_at(PathPoint(1, 0.625))
+    assert coarse.applications == spent
+    assert middle is not None and between is not None
+    assert between[ESTIMATED.index("Qx")] == pytest.approx(12.5)
+    np.testing.assert_allclose(between, 0.5 * (middle + three))
+
+
+@pytest.mark.parametrize("grid", [{"points": 36}, {"points": [36, 48], "size": [0.7, 0.75]}])
+def test_two_coarse_runs_that_share_a_solver_have_the_bits_of_runs_alone(grid: dict[str, Any]) -> None:
+    path = [{"P": 100.0, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 3}, {"P": 300.0, "increments": 1}]
+    setup = set_up(build(bodies=DISSIMILAR, friction=0.3, grid=grid, load_path=path))
+    runs = CoarseRuns(setup, 1)
+    third, other = runs.third, runs.other_increments
+    assert other is not None
+    for step in range(setup.load_path.increments):  # in turns, as the run asks for them
+        runs.half_less_third(runs.point(step))
+        runs.change_by_increments(step)
+    assert other.solver is third.solver is not runs.half.solver
+    for coarse in (third, other):
+        alone = CoarseRun(coarse.setup, 1)
+        for step in range(coarse.setup.load_path.increments):
+            found, expected = coarse.values(step), alone.values(step)
+            measured = ~np.isnan(found)  # zones are, where the difference of the two is asked for
+            assert np.count_nonzero(measured) > len(ESTIMATED) / 2
+            assert np.array_equal(found[measured], expected[measured])

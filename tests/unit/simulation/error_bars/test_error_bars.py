@@ -1,4 +1,4 @@
-"""Error bars: the coarse runs, the sum of the errors, and their way through files and commands."""
+"""Error bars: the sum of the errors, and their way through files and commands."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import coarse_runs
-from fretsolve.simulation.error_bars.coarse_runs import CoarseCounts, CoarseRun, CoarseRuns, coarse_counts, coarser
+from fretsolve.simulation.error_bars.coarse_runs import CoarseRun, CoarseRuns, coarser
 from fretsolve.simulation.error_bars.error_bars import LIKE_SHOWN, ErrorBars, frictions_of, run_with_error_bars
 from fretsolve.simulation.error_bars.path_points import PathPoint, common_points
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT_EXTENTS, SMOOTH_SHOWN
@@ -51,54 +51,6 @@ def test_every_estimated_value_is_one_of_the_history() -> None:
     assert [quantity.name for quantity in ERRORS] == list(SummaryErrors.__dataclass_fields__)
 
 
-def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
-    setup = set_up(build(grid={"points": [17, 24], "size": 0.8}, load_path=[{"P": 400, "increments": 3}]))
-    coarse = coarser(setup, 2, (2,))
-    assert coarse.grid.shape == (9, 12)
-    assert coarse.grid.size == pytest.approx(setup.grid.size)
-    assert coarse.load_path.counts == (2,)
-    assert coarse.case.solver.tolerance == pytest.approx(3e-5)
-    assert setup.load_path.counts == (3,)
-    assert coarser(setup, 3, (2,)).grid.shape == (8, 8)
-
-
-@pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 3e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
-def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None:
-    setup = setup_of(solver={"tolerance": tolerance})
-    assert coarser(setup, 2, (1,)).case.solver.tolerance == pytest.approx(looser)
-
-
-@pytest.mark.parametrize(
-    ("count", "third", "other", "half"),
-    [(1, 1, 2, 1), (3, 3, 6, 3), (4, 2, 1, 1), (5, 4, 2, 2), (8, 4, 2, 2), (9, 6, 3, 3)],
-)
-def test_other_increments_show_how_slip_turns(count: int, third: int, other: int, half: int) -> None:
-    setup = setup_of(load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": count}])
-    runs = CoarseRuns(setup, 1)
-    assert runs.other_increments is not None
-    # the pressing does not slip: as many increments as the run to compare with it, one where nothing is compared
-    assert runs.third.setup.load_path.counts == (3, third)
-    assert runs.other_increments.setup.load_path.counts == (1, other)
-    assert runs.half.setup.load_path.counts == (3, half)
-
-
-@pytest.mark.parametrize(
-    ("parts", "matter"),
-    [
-        ({}, False),
-        ({"friction": 0.0, "bodies": DISSIMILAR}, False),
-        ({"bodies": DISSIMILAR}, True),
-        ({"load_path": [{"P": 400}, {"Qx": 20}, {"Qx": -20}]}, False),
-        ({"load_path": [{"P": 400}, {"Qx": 20, "Qy": 0.0}]}, False),
-        ({"load_path": [{"P": 400}, {"Qx": 20}, {"Qy": 20}]}, True),
-        ({"load_path": [{"P": 200}, {"P": 400, "Qx": 20}]}, True),
-        ({"load_path": [{"P": 200}, {"Qx": 10}, {"delta_z": 9e-3}]}, True),
-    ],
-)
-def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, Any], matter: bool) -> None:
-    assert setup_of(**parts).load_path.path_dependent is matter
-
-
 def test_points_at_which_both_coarse_runs_have_an_increment() -> None:
     path = [{"P": 400, "increments": 4}, {"Qx": 20, "increments": 1}, {"Qx": 30, "increments": 5}]
     fine = setup_of(bodies=DISSIMILAR, load_path=path).load_path
@@ -110,21 +62,6 @@ def test_points_at_which_both_coarse_runs_have_an_increment() -> None:
     first, second, share = common_points(fine, fewer, PathPoint(2, 0.2))
     assert (first, second) == (PathPoint(1, 1.0), PathPoint(2, 0.5))
     assert share == pytest.approx(0.4)
-
-
-def test_coarse_run_goes_as_far_as_it_is_asked() -> None:
-    coarse = CoarseRun(setup_of(load_path=[{"P": 400}, {"Qx": 20, "increments": 4}]), 1)
-    assert coarse.values(-1) is not None
-    assert coarse.applications == 0
-    one, three = coarse.values(1), coarse.values(3)
-    assert one is not None and three is not None
-    spent = coarse.applications
-    middle = coarse.values_at(PathPoint(1, 0.5))
-    between = coarse.values_at(PathPoint(1, 0.625))
-    assert coarse.applications == spent
-    assert middle is not None and between is not None
-    assert between[ESTIMATED.index("Qx")] == pytest.approx(12.5)
-    np.testing.assert_allclose(between, 0.5 * (middle + three))
 
 
 def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
@@ -256,41 +193,6 @@ def test_surface_that_the_coarse_cells_miss_leaves_unknown_bars(tmp_path: Path) 
     assert state.summary.contact_cells > 0
     assert math.isnan(errors.delta_z_error)
     assert told and "the coarse run on 8 x 8 cells with 1 increment has no solution" in told[0]
-
-
-@pytest.mark.parametrize(
-    ("counts", "third", "other", "half"),
-    [
-        ((1, 8), (1, 8), (2, 16), (1, 8)),
-        ((2, 8), (2, 8), (4, 16), (1, 4)),
-        ((6, 7), (4, 4), (2, 2), (2, 2)),
-        ((12, 13), (6, 8), (3, 4), (3, 4)),
-    ],
-)
-def test_coarse_runs_stand_for_some_with_all_increments(
-    counts: tuple[int, int], third: tuple[int, int], other: tuple[int, int], half: tuple[int, int]
-) -> None:
-    path = [{"P": 400, "increments": counts[0]}, {"Qx": 30, "increments": counts[1]}]
-    setup = setup_of(36, bodies=DISSIMILAR, load_path=path)
-    runs, last = CoarseRuns(setup, 1), sum(counts) - 1
-    assert [one.setup.load_path.counts for one in runs.all] == [third, other, half]
-    of_third, of_half = (CoarseRun(coarser(setup, factor, counts), 1).values(last) for factor in (3, 2))
-    point, values = runs.point(last), np.abs(of_third)
-    assert runs.last_known(last) == point
-    for name in ("delta_z", "delta_x", "work_total"):
-        place = ESTIMATED.index(name)
-        assert abs(runs.third_at(point)[place] - of_third[place]) < 0.03 * values[place], name
-        assert abs(runs.half_less_third(point)[place] - (of_half - of_third)[place]) < 0.05 * values[place], name
-
-
-@pytest.mark.parametrize(
-    ("count", "third", "half"), [(1, 1, 1), (4, 2, 1), (5, 5, 5), (6, 6, 3), (8, 4, 2), (12, 6, 3)]
-)
-def test_coarse_runs_press_in_fewer_increments_where_nothing_slips(count: int, third: int, half: int) -> None:
-    pressed = coarse_counts(setup_of(load_path=[{"P": 400, "increments": count}]), (False,))
-    assert pressed == CoarseCounts((third,), None, (half,))
-    setup = setup_of(load_path=[{"P": 400, "increments": count}, {"Qx": 20, "increments": 8}])
-    assert coarse_counts(setup, (False, True)) == CoarseCounts((third, 4), (1, 2), (half, 2))
 
 
 def test_the_friction_of_a_stage_decides_what_is_left_of_its_limit() -> None:
@@ -524,26 +426,6 @@ def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
     for result in results:
         with result:
             assert "delta_x_error" not in result.history
-
-
-@pytest.mark.parametrize("grid", [{"points": 36}, {"points": [36, 48], "size": [0.7, 0.75]}])
-def test_two_coarse_runs_that_share_a_solver_have_the_bits_of_runs_alone(grid: dict[str, Any]) -> None:
-    path = [{"P": LOAD, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 3}, {"P": 300.0, "increments": 1}]
-    setup = set_up(build(bodies=DISSIMILAR, friction=0.3, grid=grid, load_path=path))
-    runs = CoarseRuns(setup, 1)
-    third, other = runs.third, runs.other_increments
-    assert other is not None
-    for step in range(setup.load_path.increments):  # in turns, as the run asks for them
-        runs.half_less_third(runs.point(step))
-        runs.change_by_increments(step)
-    assert other.solver is third.solver is not runs.half.solver
-    for coarse in (third, other):
-        alone = CoarseRun(coarse.setup, 1)
-        for step in range(coarse.setup.load_path.increments):
-            found, expected = coarse.values(step), alone.values(step)
-            measured = ~np.isnan(found)  # zones are, where the difference of the two is asked for
-            assert np.count_nonzero(measured) > len(ESTIMATED) / 2
-            assert np.array_equal(found[measured], expected[measured])
 
 
 def at_end(case: Any) -> tuple[Summary, SummaryErrors]:

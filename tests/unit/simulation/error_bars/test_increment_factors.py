@@ -11,7 +11,7 @@ from solving import build
 
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.coarse_runs import sheared_stages
+from fretsolve.simulation.error_bars.coarse_counts import sheared_stages
 from fretsolve.simulation.error_bars.increment_factors import (
     ALONE,
     ALONE_AT_ONCE,
