@@ -17,7 +17,7 @@ from line_cases import HERTZ as LINE_HERTZ
 from line_cases import LOAD as LINE_LOAD
 from line_cases import MATERIAL as LINE_MATERIAL
 from line_cases import line_case
-from solving import DISSIMILAR, SIMILAR, SPHERE, build
+from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, SIMILAR, SPHERE, A, build
 
 from fretsolve.case.models import Case
 from fretsolve.reference.hertz import hertz_sphere
@@ -741,6 +741,18 @@ def test_bars_hold_the_peaks_of_waves_of_some_cells(tmp_path: Path, waves: int, 
     assert max(ratios) < 1.1
 
 
+@pytest.mark.parametrize(("rim", "size"), [(0.31, 0.86), (0.33, 0.86), (0.36, 0.8)])
+def test_bars_hold_the_radius_of_a_contact_beside_a_hole(tmp_path: Path, rim: float, size: float) -> None:
+    """A sphere whose map ends in NaN within a cell of the contact, whose edge no gap shows."""
+    x = np.arange(-45, 46) * 0.01
+    square = x[:, None] ** 2 + x**2
+    np.save(tmp_path / "sphere.npy", np.where(square < rim**2, square / 20.0, np.nan))
+    surface = [{"heights": {"file": str(tmp_path / "sphere.npy"), "spacing": 0.01}}]
+    case = build(surface=surface, grid={"points": 24, "size": size}, load_path=[{"P": LOAD, "increments": 2}])
+    summary, errors = ends_of_stages(case)[1]
+    assert abs(summary.contact_radius - A) <= errors.contact_radius_error < 0.04 * A
+
+
 def test_heights_that_cells_miss_count_once_in_half_widths_and_middles(tmp_path: Path) -> None:
     """By the share of the contact radius by which they change that."""
     surface = [SPHERE, wavy(tmp_path / "waves.npy", 20, 4e-6, 0.018, 0.0012)]
@@ -889,16 +901,77 @@ def test_bars_hold_the_stick_zone_of_a_reversed_line_contact(turned: float, shar
         )
 
 
-@pytest.mark.parametrize(("share", "points"), [(0.15, 129), (0.3, 24), (0.5, 33), (0.6, 32), (0.9, 32), (0.97, 48)])
+@pytest.mark.parametrize(
+    ("share", "points", "across"),
+    [
+        (0.05, 80, 2.33),
+        (0.1, 57, 3.03),
+        (0.15, 129, 2.4),
+        (0.3, 24, 2.4),
+        (0.5, 33, 2.4),
+        (0.6, 32, 2.4),
+        (0.97, 48, 2.4),
+    ],
+)
 @pytest.mark.parametrize("increments", [1, 8])
-def test_bars_hold_the_energy_of_a_sheared_line_contact(share: float, points: int, increments: int) -> None:
-    """The coarse grids agree by chance, while the edge of the stick zone lies at an unlucky place in the cells."""
-    shear_force = share * LINE_FRICTION * LINE_LOAD
+def test_bars_hold_the_energy_of_a_sheared_line_contact(
+    share: float, points: int, across: float, increments: int
+) -> None:
+    """The coarse grids agree by chance, while the edge of the stick zone lies at an unlucky place in the cells.
+
+    across: the area's length over the half-width of the contact.
+    """
+    shear_force, half_width = share * LINE_FRICTION * LINE_LOAD, LINE_HERTZ.half_width
     path = [{"P": LINE_LOAD}, {"Qx": shear_force, "increments": increments}]
-    summary, errors = ends_of_stages(line_case(grid={"points": points}, load_path=path))[2]
+    grid = {"points": points, "size": across * half_width}
+    summary, errors = ends_of_stages(line_case(grid=grid, load_path=path))[2]
     exact = LinePartialSlip(LINE_HERTZ, LINE_FRICTION, shear_force, LINE_MATERIAL.A).work_per_cycle / 4.0
-    in_cells = (1.0 - math.sqrt(1.0 - share)) * points / 2.3  # the width of the slip annulus
-    assert abs(summary.work_total - exact) <= errors.work_total_error < exact / in_cells
+    in_cells = (1.0 - math.sqrt(1.0 - share)) * points / across  # the width of the slip annulus
+    assert (
+        abs(summary.work_total - exact)
+        <= errors.work_total_error
+        < 1.1 * exact / min(in_cells, 1.0) / max(in_cells, 1.0)
+    )
+
+
+SPHERES = [(0.8, 48, 2.474, 1), (0.3, 48, 2.6, 4), (0.6, 33, 2.5, 1), (0.9, 32, 2.4, 1)]
+
+
+@pytest.mark.parametrize(("share", "points", "across", "increments"), SPHERES)
+def test_bars_hold_the_energy_of_a_sheared_sphere(share: float, points: int, across: float, increments: int) -> None:
+    force = share * FRICTION * LOAD
+    path = [{"P": LOAD}, {"Qx": force, "increments": increments}]
+    grid = {"points": points, "size": across * HERTZ.contact_radius}
+    summary, errors = ends_of_stages(build(coupling="none", grid=grid, load_path=path))[2]
+    exact = cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential).work_per_cycle / 4.0
+    assert abs(summary.work_total - exact) <= errors.work_total_error < 0.1 * exact
+
+
+UNLIKE_LINES = {
+    0.3: ((0.07180, 0.06891), (612.36, 612.76)),
+    0.6: ((0.04929, 0.04451), (613.34, 613.93)),
+    0.85: ((0.02943, 0.02515), (609.54, 608.02)),
+}
+"""Stick radii (mm) and largest pressures (MPa) of a line contact of unlike bodies under a share of the friction limit
+and its opposite, on 1025 points in 80 increments each."""
+
+
+@pytest.mark.parametrize("share", UNLIKE_LINES)
+@pytest.mark.parametrize(("points", "increments"), [(33, 4), (48, 1), (65, 1), (65, 4), (101, 4)])
+def test_bars_hold_a_sheared_line_contact_of_unlike_bodies(share: float, points: int, increments: int) -> None:
+    """Few increments press, and what they leave in the surfaces moves the edge of the stick zone later.
+
+    Bars of radii hold but for 3 %, those of pressures but for a fifth; they were up to 10 and 2.6 times too small.
+    """
+    force = share * LINE_FRICTION * LINE_LOAD
+    path = [
+        {name: value, "increments": increments} for name, value in (("P", LINE_LOAD), ("Qx", force), ("Qx", -force))
+    ]
+    ends = ends_of_stages(line_case(bodies=DISSIMILAR, grid={"points": points, "size": 0.26}, load_path=path))
+    for stage, radius, pressure in zip((2, 3), *UNLIKE_LINES[share], strict=True):
+        summary, errors = ends[stage]
+        assert abs(summary.stick_radius - radius) <= 1.05 * errors.stick_radius_error < 0.15 * LINE_HERTZ.half_width
+        assert abs(summary.max_pressure - pressure) <= 1.25 * errors.max_pressure_error < 0.06 * pressure
 
 
 @pytest.mark.parametrize("points", [32, 48, 64])

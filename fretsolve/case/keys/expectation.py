@@ -16,11 +16,10 @@ from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 
 def _known_quantity(name: str) -> str:
     if name not in HISTORY_DIMENSIONS:
-        for of_bars in (CORRECTED_SUFFIX, ERROR_SUFFIX):
-            if (as_run := name.removesuffix(of_bars)) in HISTORY_DIMENSIONS and as_run != name:
-                raise refused(f"{shown(name)} is of the error bars; values as run are compared: {as_run} is needed")
+        as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
         measured = [known for known, dimension in HISTORY_DIMENSIONS.items() if dimension != NUMBER]  # counts are rare
-        raise refused(f"{shown(name)} is not a quantity that can be compared; {nearest(name, measured)}")
+        advice = f"values as run are: {as_run} is needed" if as_run in measured else nearest(name, measured)
+        raise refused(f"{shown(name)} is not a quantity that can be compared; {advice}")
     return name
 
 

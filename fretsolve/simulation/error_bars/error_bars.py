@@ -113,6 +113,7 @@ class ErrorBars:
         self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
         self._changes_before = np.zeros(len(ESTIMATED))
         self._pressing_stages = sheared_stages(setup).count(False)
+        self._pressing_increments = sum(setup.load_path.counts[: self._pressing_stages])
         self._askew, self._near_sliding = False, HiddenNearSliding()
         self._path = setup.load_path
         for summary in history:
@@ -168,14 +169,15 @@ class ErrorBars:
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         pressed = self._least_errors.sheared_by_pressing(summary)
         count = self._setup.load_path.counts[summary.stage - 1]
-        thin = self._least_errors.thin_slip(summary, count)
+        at_edge = self._least_errors.energy_at_edge(summary, count)
         carried = self._carried(summary)
-        self._shear_path = self._shear_path.after(summary, carried, pressed, thin)
+        self._shear_path = self._shear_path.after(summary, carried, pressed, at_edge)
         if self._setup.model.coupled:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
-        middle, edge = self._least_errors.unseen_middle(summary), self._least_errors.early_edge(summary)
+        middle = self._least_errors.unseen_middle(summary)
+        edge = self._least_errors.early_edge(summary, self._pressing_increments)
         unloaded = of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD]))
         self._missed = self._missed.after(middle, edge, unloaded)
         if count == 1 and summary.contact_radius:

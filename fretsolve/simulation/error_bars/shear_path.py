@@ -15,6 +15,9 @@ LEAST_LEFT = 0.01
 AT_LARGEST = 0.999
 """Part of the largest share of the shear from which on it counts as there."""
 
+HELD = 1e-4
+"""Part of the friction limit by which an increment moves the shear at most that holds it."""
+
 
 @dataclass(frozen=True)
 class StickEdges:
@@ -37,8 +40,8 @@ class ShearPath:
 
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; way: in the last
     increment, (3,); length: of all ways; coarsest: the longest way of an increment over what is left of the
-    friction limit at its end; last_thin, thin: least error (mJ) of what the last increment and all dissipated in
-    annuli that are thinner than cells. A shear that slips within a rounding dissipates what it does up to gross
+    friction limit at its end; last_at_edge, at_edge: least error (mJ) of what the last increment and all dissipated,
+    by the width of their slip annuli in cells. A shear that slips within a rounding dissipates what it does up to gross
     slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     edges: earlier edges of the stick zone; turned_at: where it last turned by more than a right angle. now: the summary
     of the last increment; before: that of the largest P of those before it; None where there is none.
@@ -49,8 +52,8 @@ class ShearPath:
     way: Shares = (0.0, 0.0, 0.0)
     length: float = 0.0
     coarsest: float = 0.0
-    last_thin: float = 0.0
-    thin: float = 0.0
+    last_at_edge: float = 0.0
+    at_edge: float = 0.0
     edges: StickEdges = StickEdges()
     turned_at: Shares | None = None
     now: Summary | None = None
@@ -72,18 +75,24 @@ class ShearPath:
         return self.largest if self.turned_at is None else 0.5 * math.dist(self.at, self.turned_at)
 
     @property
+    def moves_on(self) -> bool:
+        """True if the last increment moved the shear farther from 0, and did not just hold it."""
+        farther = sum(one * other for one, other in zip(self.at, self.way, strict=True))
+        return self.last > HELD and farther > 0.0
+
+    @property
     def is_below_largest(self) -> bool:
         """True unless the shear is at its largest share."""
         return math.hypot(*self.at) < AT_LARGEST * self.largest
 
-    def after(self, summary: Summary, carried: float, pressed: float, thin: float) -> ShearPath:
+    def after(self, summary: Summary, carried: float, pressed: float, at_edge: float) -> ShearPath:
         """Return the path after one more increment.
 
         carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears;
-        thin: least error (mJ) of what the increment dissipates in an annulus thinner than cells.
+        at_edge: least error (mJ) of what the increment dissipates, by the width of its slip annulus.
         """
         if carried <= 0.0:
-            return replace(self, way=(0.0, 0.0, 0.0), last_thin=0.0, now=summary, before=self._most_pressed)
+            return replace(self, way=(0.0, 0.0, 0.0), last_at_edge=0.0, now=summary, before=self._most_pressed)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
@@ -97,8 +106,8 @@ class ShearPath:
             way=way,
             length=self.length + last,
             coarsest=max(self.coarsest, last / _left(at)),
-            last_thin=thin,
-            thin=self.thin + thin,
+            last_at_edge=at_edge,
+            at_edge=self.at_edge + at_edge,
             edges=StickEdges(min(self.edges.smallest, summary.stick_radius), turned),
             turned_at=self.at if turns else self.turned_at,
             now=summary,

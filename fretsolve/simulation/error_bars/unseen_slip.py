@@ -25,7 +25,7 @@ dissipates while the contact grows is ANNULUS_WORK mu beta (w/a)^2.5 p0^2 a^3/E*
 the order beta w^2/R under a pressure of the order p0 (w/a)^(1/2) in all of the area. The factors hold for spheres and
 flat punches, where the order of magnitude alone is 3 too large and 3 too small."""
 
-SHEARED_CELLS, SHEARED_CELLS_LINE, SHEARED_ORDER = 0.4, 0.7, 1.5
+SHEARED_CELLS, SHEARED_CELLS_LINE, SHEARED_ORDER = 0.4, 1.0, 1.5
 """Width in cells up to which cells may see nothing of an annulus that shear makes; that in line contact, both of whose
 edges may lie alike in their cells. Of the energy of a wider annulus they miss a part at most that falls with this power
 of the width. Spheres missed half of that, cylinders nearly all."""

@@ -57,7 +57,8 @@ THIN_EDGE = 0.15
 AT_LIMIT = 3e-3
 """Distance from the friction limit, over it, within which a cell that sticks may as well slip. A load that comes back
 to where a cycle about a mean has slipped before brings a whole ring of cells there, of which other increments let a
-part slip, and a little more load all. So the least error of the stick radius is all that such cells add to it."""
+part slip, and a little more load all. So the least error of the stick radius is all that such cells add to it. They do
+stick where the shear is held or goes back."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class ZoneErrors:
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
         least[CONTACT] = self._contact_radius(state.summary, outline)
         stick = self._stick_radius(state.summary, outline, ratio, shear_path)
-        least[STICK] = math.hypot(stick, self._held_at_limit(state))
+        least[STICK] = math.hypot(stick, self._held_at_limit(state) if shear_path.moves_on else 0.0)
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
 
     def _contact_radius(self, summary: Summary, outline: float) -> float:

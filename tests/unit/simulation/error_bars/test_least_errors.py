@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -18,11 +19,13 @@ from fretsolve.simulation.error_bars.least_errors import (
     EARLY_EDGE,
     MOMENT,
     MOMENT_SHEARED,
+    SHEARED_EDGE,
     SLIP_MEETS,
     LeastErrors,
     _drop_beside_peak,
 )
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX
+from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
 PEAK = np.array([[1.0, 2.0, 1.0], [4.0, 6.0, 5.0], [0.0, 3.0, 0.0]])
@@ -118,9 +121,43 @@ def test_shear_adds_nothing_to_moments_where_pressure_does_not_depend_on_it() ->
 def test_few_increments_press_stick_zones_of_unlike_bodies_that_are_uncertain() -> None:
     unlike, like = least_errors(bodies=DISSIMILAR, friction=0.3), least_errors(bodies=SIMILAR, friction=0.3)
     after = [replace(ROUND, step=step, stage=1) for step in range(4)]
-    found = [unlike.early_edge(summary) for summary in after]
+    found = [unlike.early_edge(summary, 4) for summary in after]
     assert found == pytest.approx([EARLY_EDGE * 0.3 / made**1.5 for made in (1, 2, 3, 4)], rel=1e-12)
-    assert unlike.early_edge(replace(ROUND, step=4, stage=2)) == like.early_edge(after[0]) == 0.0
+    sheared = replace(ROUND, step=4, stage=2)
+    line = LeastErrors.of(set_up(line_case(bodies=DISSIMILAR)))
+    assert line.early_edge(sheared, 4) == pytest.approx(SHEARED_EDGE * 0.3 / 4.0, rel=1e-12)
+    assert (
+        line.early_edge(sheared, 0)
+        == unlike.early_edge(sheared, 4)
+        == like.early_edge(sheared, 4)
+        == like.early_edge(after[0], 4)
+        == 0.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("width", "area", "line"),
+    [(0.1, 0.12 / 0.25, 1.0), (0.6, 0.2, 0.3 / 0.6**1.5), (1.4, 0.12 / 1.4, 0.3 / 1.4**1.5), (4.0, 0.0075, 0.0375)],
+)
+def test_energy_is_less_certain_the_thinner_the_annulus(width: float, area: float, line: float) -> None:
+    """Over that of the increment; width: in cells. In an annulus of 0.25 cells it is that of 0.25 cells."""
+    sheared = replace(ROUND, Qx=100.0, work=1e-3, stick_radius=0.3 - 0.03 * width)
+    of_line = replace(LeastErrors.of(set_up(line_case())), cell=(0.03, 0.03))
+    assert least_errors(friction=0.3).energy_at_edge(sheared, 4) == pytest.approx(1e-3 * area, rel=1e-9)
+    assert of_line.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * line, rel=1e-9)
+    assert of_line.energy_at_edge(replace(sheared, stick_radius=0.0), 4) == 0.0
+
+
+def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:
+    """Those by the cells, and of an annulus that is sheared and thinner than them, each known alone."""
+    least, state = least_errors(friction=0.3), next(fake_states(1))
+    summary = replace(ROUND, work=1e-3, work_total=2e-3, stick_radius=0.3)
+    state, path = replace(state, summary=summary), ShearPath(largest=0.01, way=(0.01, 0.0, 0.0), length=0.01)
+    _, shown = least._dissipated(state, 0.25, ShearPath())
+    _, unseen = least._dissipated(state, 0.0, path)
+    assert shown == pytest.approx(0.25 * 2e-3, rel=1e-12)
+    assert unseen > 0.0
+    assert least._dissipated(state, 0.25, path)[1] == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
 
 
 def test_slip_that_meets_within_a_cell_raises_the_pressure() -> None:

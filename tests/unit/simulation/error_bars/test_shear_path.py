@@ -20,7 +20,7 @@ def summary(**loads: float) -> Any:
 def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
     path = ShearPath().after(summary(Qx=30.0), 40.0, 0.0, 1e-6).after(summary(Qx=-30.0), 40.0, 0.0, 2e-6)
     assert (path.last, path.length, path.largest) == pytest.approx((1.5, 2.25, 0.75))
-    assert (path.last_thin, path.thin) == pytest.approx((2e-6, 3e-6))
+    assert (path.last_at_edge, path.at_edge) == pytest.approx((2e-6, 3e-6))
     assert path.left == pytest.approx(0.25)
 
 
@@ -60,7 +60,7 @@ def test_pressing_unlike_bodies_is_no_way_and_neither_is_lost_contact():
     pressed = ShearPath().after(summary(), 40.0, 0.5, 1e-6)
     assert (pressed.length, pressed.largest) == (0.0, 0.5)
     lost = pressed.after(summary(Qx=1.0), 0.0, 0.0, 1.0)
-    assert (lost.last, lost.length, lost.last_thin, lost.thin) == (0.0, pressed.length, 0.0, 1e-6)
+    assert (lost.last, lost.length, lost.last_at_edge, lost.at_edge) == (0.0, pressed.length, 0.0, 1e-6)
 
 
 def test_it_keeps_the_summary_of_the_largest_load_before():
@@ -78,3 +78,11 @@ def test_it_keeps_the_last_two_summaries():
     for carried in (40.0, 0.0):
         after = path.after(second, carried, 0.0, 0.0)
         assert (after.now, after.before) == (second, first)
+
+
+def test_a_shear_moves_on_unless_it_is_held_or_goes_back():
+    path, found = ShearPath(), []
+    for force in (20.0, 20.001, 30.0, 10.0, -10.0, -20.0):
+        path = path.after(summary(Qx=force), 40.0, 0.0, 0.0)
+        found.append(path.moves_on)
+    assert found == [True, False, True, False, True, True]

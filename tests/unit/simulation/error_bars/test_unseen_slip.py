@@ -119,9 +119,9 @@ def test_cells_miss_less_of_a_wider_annulus(points: int, share: float) -> None:
 
 
 @pytest.mark.parametrize("cells", [10.0, 16.4, 22.7, 40.6])
-@pytest.mark.parametrize("width", [0.4, 0.7, 0.9, 1.2])
+@pytest.mark.parametrize("width", [0.4, 0.9, 1.2, 1.4])
 def test_line_contacts_miss_more_of_a_thin_annulus(cells: float, width: float) -> None:
-    """Both edges lie alike in their cells, which may miss all of an annulus of 0.7 h. width: in cells."""
+    """Both edges lie alike in their cells, which may miss all of an annulus of 1 h. width: in cells."""
     share = 1.0 - (1.0 - width / cells) ** 2
     side = HERTZ.half_width / cells
     points = 2 * math.ceil(1.2 * cells) + 2
@@ -132,7 +132,7 @@ def test_line_contacts_miss_more_of_a_thin_annulus(cells: float, width: float) -
     (missed,) = slip.energies_of_shear(last.summary, share, np.array([share]))
     # cells much longer than the annulus miss all of it
     (energy,) = replace(slip, side=10.0 * side).energies_of_shear(last.summary, share, np.array([share]))
-    assert missed == pytest.approx(min((0.7 / width) ** 1.5, 1.0) * energy, rel=0.01)
+    assert missed == pytest.approx(min(width**-1.5, 1.0) * energy, rel=0.01)
     assert energy - last.summary.work_total <= 1.01 * missed
 
 

@@ -35,9 +35,12 @@ def sheared() -> tuple[ProblemSetup, State]:
     return setup, list(run(setup))[-1]
 
 
-def stick_errors(setup: ProblemSetup, state: State) -> tuple[float, float]:
+MOVES_ON = ShearPath(at=(0.6, 0.0, 0.0), way=(0.6, 0.0, 0.0))
+
+
+def stick_errors(setup: ProblemSetup, state: State, path: ShearPath = MOVES_ON) -> tuple[float, float]:
     """Return the least errors of the stick radius and of the stick zone's half-widths."""
-    least = LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), ShearPath())
+    least = LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), path)
     return float(least[STICK]), float(least[STICK_EXTENTS].min())
 
 
@@ -102,6 +105,16 @@ def test_cells_that_stick_at_the_friction_limit_may_slip(sheared: tuple[ProblemS
     assert after[0] == pytest.approx(math.hypot(before[0], added), rel=1e-12)
     assert after[1] >= after[0]
     assert stick_errors(setup, with_shear_in(below, rows, 1.0 - 1.1 * AT_LIMIT, friction)) == before
+
+
+@pytest.mark.parametrize("way", [0.0, -0.1])
+def test_cells_at_the_limit_stick_where_the_shear_is_held_or_goes_back(
+    sheared: tuple[ProblemSetup, State], way: float
+) -> None:
+    setup, state = sheared
+    held = with_shear_in(state, state.fields.zone == Zone.STICK, 1.0, setup.model.friction)
+    assert stick_errors(setup, held)[0] > 0.99 * state.summary.stick_radius
+    assert stick_errors(setup, held, replace(MOVES_ON, way=(way, 0.0, 0.0)))[0] < 0.1 * state.summary.stick_radius
 
 
 def test_cells_that_slip_add_nothing(sheared: tuple[ProblemSetup, State]) -> None:
