@@ -45,6 +45,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     SMOOTH_SHOWN,
     STICK,
     TOTAL,
+    WIDTHS_ALONG_X,
     WORK,
 )
 from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
@@ -153,6 +154,8 @@ class ErrorBars:
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
         errors = np.linalg.norm([others, safety * held, hidden, linked], axis=0)
         corrected = np.linalg.norm([others, left, unsolved, hidden, CORRECTED_LINKED * linked], axis=0)
+        if self._setup.model.line:  # there the radii are half-widths
+            errors[WIDTHS_ALONG_X] = np.maximum(errors[WIDTHS_ALONG_X], errors[[CONTACT, STICK]])
         change[imposed] = 0.0
         if summary.step in self._path.last_steps:
             self._changes_before = largest_change
@@ -178,8 +181,11 @@ class ErrorBars:
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         middle = self._least_errors.unseen_middle(summary)
         edge = self._least_errors.early_edge(summary, self._pressing_increments)
-        unloaded = of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD]))
-        self._missed = self._missed.after(middle, edge, unloaded)
+        radius = max(
+            of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD])),
+            self._least_errors.pressed_radius(summary, self._pressing_increments),
+        )
+        self._missed = self._missed.after(middle, edge, radius)
         if count == 1 and summary.contact_radius:
             before = self._summaries[-2] if len(self._summaries) > 1 else None
             self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1])

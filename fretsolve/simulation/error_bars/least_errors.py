@@ -45,6 +45,13 @@ ROUNDED_EDGE = 0.25
 """Least error of radii over h where a rounding is longer than a cell, but in contact over less than one: its cells
 touch or do not touch as a whole. So do those beside holes of a height map, which have no gap."""
 
+ROUNDED_EDGE_LINE = 0.6
+"""The same in line contacts, both of whose edges may lie alike in their cells."""
+
+SMOOTH_EDGE = 1.75
+"""Largest part of the largest pressure in a cell beside the edge of a smooth contact, over (h/a)^(1/2): it is there
+(2 s/a)^(1/2) up to 1.5 h from the edge. Where cells beside holes of a height map have more, the body ends sharply."""
+
 RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
@@ -99,12 +106,13 @@ STRETCH, UNTILTED = 0.15, 1e-3
 """Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
 tilt times the contact radius over the approach from which on they count as tilted."""
 
-EARLY_EDGE, EARLY_ORDER, SHEARED_EDGE = 0.3, 1.5, 0.07
+EARLY_EDGE, EARLY_ORDER, SHEARED_EDGE, PRESSED_RADIUS = 0.3, 1.5, 0.07, 0.004
 """Least error of the stick radius in the first stage of unlike bodies, over the contact radius, after one increment.
 After k increments it is that over k^EARLY_ORDER. Where few cells of the coarse grid stick, other increments move none
 of them. In later stages of a line contact that k increments have pressed before shear it is SHEARED_EDGE over k: what
 pressing has left in the surfaces moves the edge then, and the half and a quarter of few increments move it alike. Area
-contacts, whose edge is averaged around, need none."""
+contacts, whose edge is averaged around, need none. PRESSED_RADIUS over k is the least relative error of the contact
+radius of such line contacts."""
 
 UNSHEARED = 1e-3
 """Part of the friction limit below which a load is one of pressing alone."""
@@ -182,7 +190,7 @@ class LeastErrors:
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, math.hypot(DISSIPATED * cells[TOTAL], on_facets), shear_path)
         self._add_moments_and_tilts(least, summary, largest, cells)
-        if radius and (self.sharp or self._hardly_shows_edges(state)):
+        if radius and (self.sharp or self._touches_as_a_whole(state)):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
         if summary.max_pressure:
@@ -258,23 +266,27 @@ class LeastErrors:
         if self.sharp:  # what cells miss of a line contact's width, they miss in its outline
             missed = self.missed * state.summary.contact_radius if self.model.line else 0.0
             return math.hypot(SHARP_EDGE * self.side, missed)
-        if self._hardly_shows_edges(state) or (self.maps and _is_beside_holes(state)):
-            return ROUNDED_EDGE * self.side
+        if self._touches_as_a_whole(state):
+            return (ROUNDED_EDGE_LINE if self.model.line else ROUNDED_EDGE) * self.side
         if not (self.ridges and state.summary.contact_radius):
             return 0.0
         last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
         return min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side
 
-    def _hardly_shows_edges(self, state: State) -> bool:
-        """Return whether a rounding longer than a cell is in contact over less than one."""
+    def _touches_as_a_whole(self, state: State) -> bool:
+        """Return whether cells at the edge do: a rounding longer than one touches over less, or holes are beside."""
         modulus = self.model.compliances.contact_modulus
-        return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
+        if any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges):
+            return True
+        return self.maps and beside_holes(state) > 0.0
 
     def _hidden_pressure(self, state: State) -> float:
         """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
         pressure, modulus = state.fields.pressure, self.model.compliances.contact_modulus
         at_edges = max((edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges), default=0.0)
         beside = (BETWEEN_CELLS + IN_CELLS) * _drop_beside_peak(pressure) if self.maps else 0.0
+        if self.maps and beside_holes(state) > SMOOTH_EDGE * math.sqrt(self.side / state.summary.contact_radius):
+            return math.inf
         return PEAK * self.flattening + self.ridges + at_edges + beside + self._where_slip_meets(state.summary)
 
     def _where_slip_meets(self, summary: Summary) -> float:
@@ -316,6 +328,14 @@ class LeastErrors:
             return EARLY_EDGE * summary.contact_radius / math.pow(summary.step + 1, EARLY_ORDER)
         return SHEARED_EDGE * summary.contact_radius / pressed if pressed and self.model.line else 0.0
 
+    def pressed_radius(self, summary: Summary, pressed: int) -> float:
+        """Return the least relative error of the contact radius of unlike bodies in line contact, 0 of others.
+
+        pressed: as of `early_edge`.
+        """
+        increments = summary.step + 1 if summary.stage == 1 else pressed
+        return PRESSED_RADIUS / increments if self.model.coupled and self.model.line and increments else 0.0
+
     def energy_at_edge(self, summary: Summary, count: int) -> float:
         """Return the least error (mJ) of what an increment dissipates, by the width of its slip annulus in cells.
 
@@ -343,12 +363,15 @@ class LeastErrors:
         return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
 
 
-def _is_beside_holes(state: State) -> bool:
-    """Return whether the contact has cells beside holes of a height map, where its edge is not known by the gap."""
+def beside_holes(state: State) -> float:
+    """Return the largest pressure of cells beside holes of a height map, over that of all cells."""
     from scipy.ndimage import binary_dilation  # height maps alone need it
 
-    holes = ~np.isfinite(state.fields.gap)
-    return bool(holes.any() and (binary_dilation(holes, np.ones((3, 3))) & (state.fields.pressure > 0.0)).any())
+    pressure, holes = state.fields.pressure, ~np.isfinite(state.fields.gap)
+    if not (holes.any() and state.summary.max_pressure):
+        return 0.0
+    beside = binary_dilation(holes, np.ones((3, 3)))
+    return float(np.max(pressure, where=beside, initial=0.0)) / state.summary.max_pressure
 
 
 def _drop_beside_peak(pressure: FloatArray) -> float:

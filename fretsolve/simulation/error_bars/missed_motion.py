@@ -31,6 +31,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     QX,
     QY,
     STICK,
+    STICK_EXTENTS,
     TOTAL,
     WORK,
 )
@@ -56,8 +57,8 @@ class MissedMotion:
 
     late: largest ones by late contact, in the order of `ESTIMATED`; energy: relative one of what has been dissipated
     beyond `before` (mJ); edge, later_edge: those of the last stick radius and of all later ones (mm); middle: that of
-    displacements between unlike bodies whose stick zone no cell has seen (mm); unloaded: relative one of the last
-    contact radius between unlike bodies that are unloaded.
+    displacements between unlike bodies whose stick zone no cell has seen (mm); radius: relative one of the last
+    contact radius between unlike bodies that are unloaded, or pressed by few increments.
     """
 
     late: DoubleArray
@@ -66,14 +67,14 @@ class MissedMotion:
     edge: float = 0.0
     later_edge: float = 0.0
     middle: float = 0.0
-    unloaded: float = 0.0
+    radius: float = 0.0
 
-    def after(self, middle: float, edge: float = 0.0, unloaded: float = 0.0) -> MissedMotion:
+    def after(self, middle: float, edge: float = 0.0, radius: float = 0.0) -> MissedMotion:
         """Return them after an increment.
 
-        middle, edge: its least errors of the displacements and the stick radius; unloaded: see the class.
+        middle, edge: its least errors of the displacements and the stick radius; radius: see the class.
         """
-        return replace(self, edge=max(edge, self.later_edge), middle=max(self.middle, middle), unloaded=unloaded)
+        return replace(self, edge=max(edge, self.later_edge), middle=max(self.middle, middle), radius=radius)
 
     def after_late_contact(self, before: Summary | None, now: Summary, friction: float) -> MissedMotion:
         """Add those of an increment that is alone in its stage, if it presses and shears; before: None for the first.
@@ -99,9 +100,9 @@ class MissedMotion:
         least += self.late
         least[[DELTA_X, DELTA_Y]] += self.middle
         least[[WORK, TOTAL]] += self.energy * np.array([summary.work, summary.work_total - self.before])
-        least[STICK] += self.edge
-        least[CONTACT] = math.hypot(least[CONTACT], self.unloaded * summary.contact_radius)
-        least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * self.unloaded * summary.delta_z)
+        least[[STICK, *STICK_EXTENTS]] += self.edge
+        least[CONTACT] = math.hypot(least[CONTACT], self.radius * summary.contact_radius)
+        least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * self.radius * summary.delta_z)
 
 
 NOTHING_MISSED = MissedMotion(np.zeros(len(ESTIMATED)))

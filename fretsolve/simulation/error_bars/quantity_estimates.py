@@ -77,6 +77,9 @@ CONTACT_EXTENTS, STICK_EXTENTS = (
 )
 """Places of half-widths and middles of the zones."""
 
+WIDTHS_ALONG_X = np.array([ESTIMATED.index(f"{zone}_half_width_x") for zone in ("contact", "stick")])
+"""Places of the half-widths along x."""
+
 SHEAR_LOADS = np.array([QX, QY, MZ])
 """Places of the tangential loads."""
 

@@ -13,7 +13,7 @@ from fretsolve.result.state import State, Zone
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
-from fretsolve.system.arrays import DoubleArray, vector_lengths
+from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
 
 CONTACT_EDGE, MAP_EDGE = 0.0075, 0.01
 """Least error of the contact radius over h, and on height maps; that of a stick zone which fills the contact is the
@@ -85,8 +85,9 @@ class ZoneErrors:
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
         least[CONTACT] = self._contact_radius(state.summary, outline)
         stick = self._stick_radius(state.summary, outline, ratio, shear_path)
-        least[STICK] = math.hypot(stick, self._held_at_limit(state) if shear_path.moves_on else 0.0)
-        least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end), least[STICK])
+        held, held_rows = self._held_at_limit(state) if shear_path.moves_on else (0.0, 0.0)
+        least[STICK] = math.hypot(stick, held)
+        least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end, held_rows), least[STICK])
 
     def _contact_radius(self, summary: Summary, outline: float) -> float:
         """Return the least error (mm) of the contact radius, and of a stick radius that is as large."""
@@ -127,18 +128,26 @@ class ZoneErrors:
         width = summary.contact_radius - summary.stick_radius
         return THIN_EDGE * self.side if width < self.side else 0.0
 
-    def _held_at_limit(self, state: State) -> float:
-        """Return what cells that stick next to the friction limit add to the stick radius (mm).
+    def _held_at_limit(self, state: State) -> tuple[float, float]:
+        """Return what cells that stick next to the friction limit add to the stick radius and its half-widths (mm).
 
         0 where friction varies, whose limit is not asked for here.
         """
         sticks = state.fields.zone == Zone.STICK
         if not (self.uniform and self.model.may_slip and sticks.any()):
-            return 0.0
-        limit = (1.0 - AT_LIMIT) * self.model.friction * state.fields.pressure[sticks]
-        held = np.mean(vector_lengths(state.fields.shear[:, sticks]) >= limit)
-        left = 1.0 - held if self.model.line else math.sqrt(1.0 - held)
-        return float((1.0 - left) * state.summary.stick_radius)
+            return 0.0, 0.0
+        limit = (1.0 - AT_LIMIT) * self.model.friction * state.fields.pressure
+        surely = sticks & (vector_lengths(state.fields.shear) < limit)
+        part = float(np.count_nonzero(surely) / np.count_nonzero(sticks))
+        left = part if self.model.line else math.sqrt(part)
+        rows = max(_span(sticks.any(axis)) - _span(surely.any(axis)) for axis in (0, 1))
+        return (1.0 - left) * state.summary.stick_radius, 0.5 * rows * self.side
+
+
+def _span(rows: BoolArray) -> int:
+    """Return how many rows there are from the first true one to the last."""
+    places = np.flatnonzero(rows)
+    return int(places[-1] - places[0]) + 1 if places.size else 0
 
 
 def _slenderness(summary: Summary) -> float:
