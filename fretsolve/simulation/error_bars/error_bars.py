@@ -174,7 +174,7 @@ class ErrorBars:
         count = self._setup.load_path.counts[summary.stage - 1]
         at_edge = self._least_errors.energy_at_edge(summary, count)
         carried = self._carried(summary)
-        self._shear_path = self._shear_path.after(summary, carried, pressed, at_edge)
+        self._shear_path = self._shear_path.after(summary, carried, pressed, at_edge, count)
         if self._setup.model.coupled:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))

@@ -18,11 +18,14 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     BY_AREA,
     CONTACT,
     CONTACT_EXTENTS,
+    DELTA_X,
+    DELTA_Y,
     DELTA_Z,
     FLOOR,
     MX,
     MY,
     MZ,
+    PHI_Z,
     PRESSURE,
     QX,
     QY,
@@ -114,6 +117,11 @@ pressing has left in the surfaces moves the edge then, and the half and a quarte
 contacts, whose edge is averaged around, need none. PRESSED_RADIUS over k is the least relative error of the contact
 radius of such line contacts."""
 
+TURNED = 0.035
+"""Least relative error of tangential values where the shear turns, over `ShearPath.turned`. Slip that turns converges
+with the first order in the increments once these are many. Of few, as the coarse runs have, twice as many change
+little."""
+
 UNSHEARED = 1e-3
 """Part of the friction limit below which a load is one of pressing alone."""
 
@@ -190,6 +198,8 @@ class LeastErrors:
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         least[[WORK, TOTAL]] = self._dissipated(state, math.hypot(DISSIPATED * cells[TOTAL], on_facets), shear_path)
         self._add_moments_and_tilts(least, summary, largest, cells)
+        if shear_path.turned:
+            _add_turned(least, largest, TURNED * shear_path.turned)
         if radius and (self.sharp or self._touches_as_a_whole(state)):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
@@ -361,6 +371,15 @@ class LeastErrors:
         if not (self.edges and self.model.coupled and self.model.friction) or radius <= self.side:
             return 0.0
         return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
+
+
+def _add_turned(least: DoubleArray, largest: DoubleArray, relative: float) -> None:
+    """Add what few increments that turn the shear hide of tangential values, a part of their largest sizes."""
+    for one, other in ((DELTA_X, DELTA_Y), (QX, QY)):
+        pair = [one, other]
+        least[pair] = np.hypot(least[pair], relative * math.hypot(*largest[pair]))
+    turns = [MZ, PHI_Z]
+    least[turns] = np.hypot(least[turns], relative * largest[turns])
 
 
 def beside_holes(state: State) -> float:

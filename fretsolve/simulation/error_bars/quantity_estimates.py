@@ -90,5 +90,8 @@ displacement."""
 TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
 """Places of the tilts."""
 
-TURNS = np.array([*TILTS, ESTIMATED.index("phi_z")])
-"""Places of the tilts and of the turn about z."""
+PHI_Z = ESTIMATED.index("phi_z")
+"""Place of the turn about z."""
+
+TURNS = np.array([*TILTS, PHI_Z])
+"""Places of all turns."""

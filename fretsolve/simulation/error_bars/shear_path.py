@@ -15,6 +15,9 @@ LEAST_LEFT = 0.01
 AT_LARGEST = 0.999
 """Part of the largest share of the shear from which on it counts as there."""
 
+TURNS_SEEN = 2
+"""Number of increments by which a stage that turns the shear converges later than with the first order."""
+
 HELD = 1e-4
 """Part of the friction limit by which an increment moves the shear at most that holds it."""
 
@@ -43,6 +46,8 @@ class ShearPath:
     friction limit at its end; last_at_edge, at_edge: least error (mJ) of what the last increment and all dissipated,
     by the width of their slip annuli in cells. A shear that slips within a rounding dissipates what it does up to gross
     slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
+    turning, turned_before: ways across the direction of the shear, over TURNS_SEEN more than the increments of their
+    stage: their sum in this stage, and the largest one of earlier stages.
     edges: earlier edges of the stick zone; turned_at: where it last turned by more than a right angle. now: the summary
     of the last increment; before: that of the largest P of those before it; None where there is none.
     """
@@ -54,6 +59,8 @@ class ShearPath:
     coarsest: float = 0.0
     last_at_edge: float = 0.0
     at_edge: float = 0.0
+    turning: float = 0.0
+    turned_before: float = 0.0
     edges: StickEdges = StickEdges()
     turned_at: Shares | None = None
     now: Summary | None = None
@@ -75,6 +82,11 @@ class ShearPath:
         return self.largest if self.turned_at is None else 0.5 * math.dist(self.at, self.turned_at)
 
     @property
+    def turned(self) -> float:
+        """The larger of `turning` and `turned_before`."""
+        return max(self.turning, self.turned_before)
+
+    @property
     def moves_on(self) -> bool:
         """True if the last increment moved the shear farther from 0, and did not just hold it."""
         farther = sum(one * other for one, other in zip(self.at, self.way, strict=True))
@@ -85,11 +97,12 @@ class ShearPath:
         """True unless the shear is at its largest share."""
         return math.hypot(*self.at) < AT_LARGEST * self.largest
 
-    def after(self, summary: Summary, carried: float, pressed: float, at_edge: float) -> ShearPath:
+    def after(self, summary: Summary, carried: float, pressed: float, at_edge: float, count: int = 1) -> ShearPath:
         """Return the path after one more increment.
 
         carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears;
-        at_edge: least error (mJ) of what the increment dissipates, by the width of its slip annulus.
+        at_edge: least error (mJ) of what the increment dissipates, by the width of its slip annulus; count: number of
+        increments of its stage.
         """
         if carried <= 0.0:
             return replace(self, way=(0.0, 0.0, 0.0), last_at_edge=0.0, now=summary, before=self._most_pressed)
@@ -98,6 +111,7 @@ class ShearPath:
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         last = math.hypot(*way)
+        begins = self.now is None or self.now.stage != summary.stage
         turns = sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0
         turned = self.now.stick_radius if turns and self.now else self.edges.turned
         return ShearPath(
@@ -108,6 +122,8 @@ class ShearPath:
             coarsest=max(self.coarsest, last / _left(at)),
             last_at_edge=at_edge,
             at_edge=self.at_edge + at_edge,
+            turning=(0.0 if begins else self.turning) + _across(way, self.at) / (count + TURNS_SEEN),
+            turned_before=self.turned if begins else self.turned_before,
             edges=StickEdges(min(self.edges.smallest, summary.stick_radius), turned),
             turned_at=self.at if turns else self.turned_at,
             now=summary,
@@ -120,6 +136,13 @@ class ShearPath:
         if self.before is None or (self.now is not None and self.now.P >= self.before.P):
             return self.now
         return self.before
+
+
+def _across(way: Shares, at: Shares) -> float:
+    """Return the length of the part of a way that is perpendicular to where it begins, 0 from the origin."""
+    from_origin = math.hypot(*at)
+    along = sum(one * other for one, other in zip(way, at, strict=True)) / from_origin if from_origin else 0.0
+    return math.sqrt(max(math.hypot(*way) ** 2 - along**2, 0.0)) if from_origin else 0.0
 
 
 def _left(at: Shares) -> float:

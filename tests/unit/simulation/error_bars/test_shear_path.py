@@ -1,18 +1,20 @@
 """The path of the shear, over what friction carries."""
 
+import math
 from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath, StickEdges
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TURNS_SEEN, ShearPath, StickEdges
 
 
 def summary(**loads: float) -> Any:
     return cast(
         Any,
         SimpleNamespace(
-            **{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "P": 400.0, "contact_radius": 0.3, "stick_radius": 0.3} | loads
+            **{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "P": 400.0, "contact_radius": 0.3, "stick_radius": 0.3, "stage": 1}
+            | loads
         ),
     )
 
@@ -86,3 +88,15 @@ def test_a_shear_moves_on_unless_it_is_held_or_goes_back():
         path = path.after(summary(Qx=force), 40.0, 0.0, 0.0)
         found.append(path.moves_on)
     assert found == [True, False, True, False, True, True]
+
+
+def test_ways_across_the_shear_count_by_the_increments_of_their_stage():
+    """The largest stage counts; a shear that grows, falls or is reversed does not turn."""
+    path = ShearPath().after(summary(Qx=30.0, stage=1), 40.0, 0.0, 0.0, 4)
+    assert path.turned == 0.0
+    turned = path.after(summary(Qx=30.0, Qy=20.0, stage=2), 40.0, 0.0, 0.0, 2)
+    assert turned.turned == pytest.approx(0.5 / (2 + TURNS_SEEN))
+    on = turned.after(summary(Qx=-30.0, Qy=-20.0, stage=3), 40.0, 0.0, 0.0, 1)
+    assert (on.turning, on.turned) == pytest.approx((0.0, turned.turned), abs=1e-12)
+    twice = turned.after(summary(Qx=42.0, Qy=2.0, stage=2), 40.0, 0.0, 0.0, 2)
+    assert twice.turned == pytest.approx((0.5 + math.hypot(12.0, -18.0) / 40.0) / (2 + TURNS_SEEN))
