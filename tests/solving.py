@@ -16,7 +16,7 @@ from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import State
-from fretsolve.simulation.simulation import set_up
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
 
 SIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.3},) * 2
 DISSIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42})
@@ -33,6 +33,11 @@ def build(**parts: Any) -> Case:
     """A case of keyword `parts` as a case file has them."""
     whole: dict[str, Any] = {"bodies": SIMILAR, "surface": SPHERE, "friction": FRICTION, "load_path": [{"P": LOAD}]}
     return Case.model_validate(whole | parts)
+
+
+def setup_of(points: int = 16, **parts: Any) -> ProblemSetup:
+    """The setup of ``build(**parts)`` on as many points per side."""
+    return set_up(build(grid={"points": points}, **parts))
 
 
 def solve(**parts: Any) -> list[State]:

@@ -1,21 +1,14 @@
-"""The numbers of increments of the coarse runs, and what they show together."""
+"""The numbers of increments of the coarse runs, and where they matter."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
-from solving import DISSIMILAR, build
+from solving import DISSIMILAR, setup_of
 
-from fretsolve.result.state import ESTIMATED
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_counts import CoarseCounts, coarse_counts
-from fretsolve.simulation.error_bars.coarse_runs import CoarseRun, CoarseRuns, coarser
-
-
-def setup_of(points: int = 16, **parts: Any) -> ProblemSetup:
-    return set_up(build(grid={"points": points}, **parts))
+from fretsolve.simulation.error_bars.coarse_runs import CoarseRuns
 
 
 @pytest.mark.parametrize(
@@ -47,31 +40,6 @@ def test_other_increments_show_how_slip_turns(count: int, third: int, other: int
 )
 def test_increments_matter_where_the_slip_depends_on_the_path(parts: dict[str, Any], matter: bool) -> None:
     assert setup_of(**parts).load_path.path_dependent is matter
-
-
-@pytest.mark.parametrize(
-    ("counts", "third", "other", "half"),
-    [
-        ((1, 8), (1, 8), (2, 16), (1, 8)),
-        ((2, 8), (2, 8), (4, 16), (1, 4)),
-        ((6, 7), (4, 4), (2, 2), (2, 2)),
-        ((12, 13), (6, 8), (3, 4), (3, 4)),
-    ],
-)
-def test_coarse_runs_stand_for_some_with_all_increments(
-    counts: tuple[int, int], third: tuple[int, int], other: tuple[int, int], half: tuple[int, int]
-) -> None:
-    path = [{"P": 400, "increments": counts[0]}, {"Qx": 30, "increments": counts[1]}]
-    setup = setup_of(36, bodies=DISSIMILAR, load_path=path)
-    runs, last = CoarseRuns(setup, 1), sum(counts) - 1
-    assert [one.setup.load_path.counts for one in runs.all] == [third, other, half]
-    of_third, of_half = (CoarseRun(coarser(setup, factor, counts), 1).values(last) for factor in (3, 2))
-    point, values = runs.point(last), np.abs(of_third)
-    assert runs.last_known(last) == point
-    for name in ("delta_z", "delta_x", "work_total"):
-        place = ESTIMATED.index(name)
-        assert abs(runs.third_at(point)[place] - of_third[place]) < 0.03 * values[place], name
-        assert abs(runs.half_less_third(point)[place] - (of_half - of_third)[place]) < 0.05 * values[place], name
 
 
 @pytest.mark.parametrize(

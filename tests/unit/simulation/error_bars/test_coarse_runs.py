@@ -11,7 +11,7 @@ import pytest
 from line_cases import HERTZ as LINE_HERTZ
 from line_cases import LOAD as LINE_LOAD
 from line_cases import line_case
-from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
+from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build, setup_of
 
 from fretsolve.errors import GridEdgeError
 from fretsolve.reference.tangential import cattaneo_mindlin
@@ -105,13 +105,13 @@ def test_coarser_scene_has_half_of_the_points_on_the_same_area() -> None:
 
 @pytest.mark.parametrize(("tolerance", "looser"), [(1e-9, 3e-8), (5e-5, 1e-4), (1e-3, 1e-3)])
 def test_coarse_runs_are_never_stricter(tolerance: float, looser: float) -> None:
-    setup = set_up(build(grid={"points": 16}, solver={"tolerance": tolerance}))
+    setup = setup_of(solver={"tolerance": tolerance})
     assert coarser(setup, 2, (1,)).case.solver.tolerance == pytest.approx(looser)
 
 
 def test_coarse_run_goes_as_far_as_it_is_asked() -> None:
     path = [{"P": 400}, {"Qx": 20, "increments": 4}]
-    coarse = CoarseRun(set_up(build(grid={"points": 16}, load_path=path)), 1)
+    coarse = CoarseRun(setup_of(load_path=path), 1)
     assert coarse.values(-1) is not None
     assert coarse.applications == 0
     one, three = coarse.values(1), coarse.values(3)
@@ -143,3 +143,28 @@ def test_two_coarse_runs_that_share_a_solver_have_the_bits_of_runs_alone(grid: d
             measured = ~np.isnan(found)  # zones are, where the difference of the two is asked for
             assert np.count_nonzero(measured) > len(ESTIMATED) / 2
             assert np.array_equal(found[measured], expected[measured])
+
+
+@pytest.mark.parametrize(
+    ("counts", "third", "other", "half"),
+    [
+        ((1, 8), (1, 8), (2, 16), (1, 8)),
+        ((2, 8), (2, 8), (4, 16), (1, 4)),
+        ((6, 7), (4, 4), (2, 2), (2, 2)),
+        ((12, 13), (6, 8), (3, 4), (3, 4)),
+    ],
+)
+def test_coarse_runs_stand_for_some_with_all_increments(
+    counts: tuple[int, int], third: tuple[int, int], other: tuple[int, int], half: tuple[int, int]
+) -> None:
+    path = [{"P": 400, "increments": counts[0]}, {"Qx": 30, "increments": counts[1]}]
+    setup = setup_of(36, bodies=DISSIMILAR, load_path=path)
+    runs, last = CoarseRuns(setup, 1), sum(counts) - 1
+    assert [one.setup.load_path.counts for one in runs.all] == [third, other, half]
+    of_third, of_half = (CoarseRun(coarser(setup, factor, counts), 1).values(last) for factor in (3, 2))
+    point, values = runs.point(last), np.abs(of_third)
+    assert runs.last_known(last) == point
+    for name in ("delta_z", "delta_x", "work_total"):
+        place = ESTIMATED.index(name)
+        assert abs(runs.third_at(point)[place] - of_third[place]) < 0.03 * values[place], name
+        assert abs(runs.half_less_third(point)[place] - (of_half - of_third)[place]) < 0.05 * values[place], name

@@ -14,7 +14,7 @@ from command_line import invoke
 from fake_states import fake_header, fake_states, some_errors, write_fake
 from line_cases import LOAD, SHEAR_FORCE, A, line_case
 from small_cases import CASE, case_error, write_case
-from solving import DISSIMILAR, HERTZ, SPHERE, build
+from solving import DISSIMILAR, HERTZ, SPHERE, build, setup_of
 
 from fretsolve import load_case, open_result, run
 from fretsolve.result import HistoryWriter
@@ -36,10 +36,6 @@ COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increment
 def with_bars(setup: ProblemSetup, **options: Any) -> list[tuple[State, SummaryErrors]]:
     rows = [(state, state.errors) for state in run_with_error_bars(setup, **options)]
     return [(state, errors) for state, errors in rows if errors is not None]
-
-
-def setup_of(points: int = 16, **parts: Any) -> ProblemSetup:
-    return set_up(build(grid={"points": points}, **parts))
 
 
 def test_every_estimated_value_is_one_of_the_history() -> None:
