@@ -753,6 +753,36 @@ def test_bars_hold_the_radius_of_a_contact_beside_a_hole(tmp_path: Path, rim: fl
     assert abs(summary.contact_radius - A) <= errors.contact_radius_error < 0.04 * A
 
 
+@pytest.mark.parametrize(("rim", "unbounded"), [(0.25, True), (0.4, False)])
+def test_the_largest_pressure_has_no_bound_where_a_map_ends_within_the_contact(
+    tmp_path: Path, rim: float, unbounded: bool
+) -> None:
+    """A rim of NaN ends the body sharply, as a sharp punch does; beyond the contact it changes nothing."""
+    x = np.arange(-80, 81) * 0.005
+    beyond = np.maximum(abs(x[:, None]), abs(x)) > rim
+    np.save(tmp_path / "sphere.npy", np.where(beyond, np.nan, (x[:, None] ** 2 + x**2) / 20.0))
+    surface = [{"heights": {"file": str(tmp_path / "sphere.npy"), "spacing": 0.005}}]
+    case = build(surface=surface, grid={"points": 48, "size": 0.78}, load_path=[{"P": LOAD, "increments": 2}])
+    summary, errors = ends_of_stages(case)[1]
+    assert math.isinf(errors.max_pressure_error) == unbounded
+    assert errors.contact_radius_error > 0.2 * 0.78 / 48 if unbounded else abs(summary.contact_radius - A) < 1e-3 * A
+
+
+def test_bars_hold_the_radius_of_a_line_contact_that_one_increment_presses() -> None:
+    """Of unlike bodies, whose slip depends on the increments, against 384 points and 64 of them."""
+    bodies = ["rigid", {"young_modulus": 115e3, "poisson_ratio": 0.32}]
+    path = [{"P": LINE_LOAD, "increments": 1}]
+    summary, errors = ends_of_stages(line_case(bodies=bodies, grid={"points": 24}, load_path=path))[1]
+    assert abs(summary.contact_radius - 0.097585) <= errors.contact_radius_error < 0.01 * summary.contact_radius
+
+
+def test_half_widths_of_a_line_contact_have_the_bars_of_its_radii() -> None:
+    path = [{"P": LINE_LOAD, "increments": 1}, {"Qx": 20.0, "increments": 2}]
+    for _, errors in ends_of_stages(line_case(bodies=DISSIMILAR, grid={"points": 32}, load_path=path)).values():
+        assert errors.contact_half_width_x_error >= errors.contact_radius_error > 0.0
+        assert errors.stick_half_width_x_error >= errors.stick_radius_error > 0.0
+
+
 def test_heights_that_cells_miss_count_once_in_half_widths_and_middles(tmp_path: Path) -> None:
     """By the share of the contact radius by which they change that."""
     surface = [SPHERE, wavy(tmp_path / "waves.npy", 20, 4e-6, 0.018, 0.0012)]

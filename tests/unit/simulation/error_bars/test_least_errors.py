@@ -16,15 +16,29 @@ from fretsolve.case.history import Summary
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.least_errors import (
+    DISSIPATED_FACETS,
     EARLY_EDGE,
     MOMENT,
     MOMENT_SHEARED,
+    PRESSED_RADIUS,
     SHEARED_EDGE,
     SLIP_MEETS,
     LeastErrors,
+    _add_turned,
     _drop_beside_peak,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX
+from fretsolve.simulation.error_bars.quantity_estimates import (
+    DELTA_X,
+    DELTA_Y,
+    DELTA_Z,
+    MX,
+    MY,
+    MZ,
+    PHI_Z,
+    QX,
+    QY,
+    TOTAL,
+)
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
@@ -158,6 +172,32 @@ def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:
     assert shown == pytest.approx(0.25 * 2e-3, rel=1e-12)
     assert unseen > 0.0
     assert least._dissipated(state, 0.25, path)[1] == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
+
+
+def test_few_increments_press_a_line_contact_of_unlike_bodies_whose_radius_is_uncertain() -> None:
+    line, like = (LeastErrors.of(set_up(line_case(bodies=bodies))) for bodies in (DISSIMILAR, SIMILAR))
+    pressed, sheared = replace(ROUND, step=1, stage=1), replace(ROUND, step=4, stage=2)
+    assert line.pressed_radius(pressed, 4) == pytest.approx(PRESSED_RADIUS / 2.0, rel=1e-12)
+    assert line.pressed_radius(sheared, 4) == pytest.approx(PRESSED_RADIUS / 4.0, rel=1e-12)
+    others = line.pressed_radius(sheared, 0), like.pressed_radius(pressed, 4)
+    assert others == (least_errors(bodies=DISSIMILAR, friction=0.3).pressed_radius(pressed, 4), 0.0) == (0.0, 0.0)
+
+
+def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
+    largest, found = np.arange(1.0, 1.0 + len(ESTIMATED)), np.zeros(len(ESTIMATED))
+    _add_turned(found, largest, 0.1)
+    for pair in ([QX, QY], [DELTA_X, DELTA_Y]):
+        assert found[pair] == pytest.approx(0.1 * np.hypot(*largest[pair]), rel=1e-12)
+    assert found[[MZ, PHI_Z]] == pytest.approx(0.1 * largest[[MZ, PHI_Z]], rel=1e-12)
+    assert np.count_nonzero(found) == 6
+
+
+def test_energy_on_facets_of_a_map_is_less_certain_by_the_first_power_of_the_cells() -> None:
+    least, state = least_errors(friction=0.3), next(fake_states(1))
+    state = replace(state, summary=replace(ROUND, work=1e-3, work_total=2e-3, stick_radius=0.3))
+    largest = np.zeros(len(ESTIMATED))
+    smooth, facets = (replace(least, ridges=ridges).values(state, largest, ShearPath())[TOTAL] for ridges in (0.0, 1.0))
+    assert smooth < facets == pytest.approx(math.hypot(smooth, DISSIPATED_FACETS * 0.1 * 2e-3), rel=1e-9)
 
 
 def test_slip_that_meets_within_a_cell_raises_the_pressure() -> None:

@@ -107,6 +107,18 @@ def test_cells_that_stick_at_the_friction_limit_may_slip(sheared: tuple[ProblemS
     assert stick_errors(setup, with_shear_in(below, rows, 1.0 - 1.1 * AT_LIMIT, friction)) == before
 
 
+def test_half_widths_are_uncertain_down_to_the_cells_that_surely_stick(sheared: tuple[ProblemSetup, State]) -> None:
+    """Few cells at the limit add little to the radius, but all of their distance to the half-width."""
+    setup, state = sheared
+    sticks = state.fields.zone == Zone.STICK
+    columns = np.flatnonzero(sticks.any(axis=1))
+    middle = np.abs(np.arange(len(sticks)) - 0.5 * (columns[0] + columns[-1])) < 1.5
+    below = with_shear_in(state, sticks, 0.5, setup.model.friction)
+    held = with_shear_in(below, sticks & ~middle[:, None], 1.0, setup.model.friction)
+    outside = columns[-1] - columns[0] + 1 - np.count_nonzero(middle)
+    assert stick_errors(setup, held)[1] >= 0.5 * outside * setup.grid.dx > stick_errors(setup, below)[1]
+
+
 @pytest.mark.parametrize("way", [0.0, -0.1])
 def test_cells_at_the_limit_stick_where_the_shear_is_held_or_goes_back(
     sheared: tuple[ProblemSetup, State], way: float
