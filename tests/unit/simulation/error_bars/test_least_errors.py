@@ -152,7 +152,7 @@ def test_few_increments_press_stick_zones_of_unlike_bodies_that_are_uncertain() 
 @pytest.mark.parametrize(
     ("width", "area", "line"),
     [
-        (0.1, 0.12 / 0.25, 1.0),
+        (0.1, 0.2 * math.sqrt(0.1) / 0.125, 1.0),
         (0.6, 0.2, 0.3 / 0.6**1.5),
         (1.4, 0.12 / 1.4, 0.3 / 1.4**1.5),
         (4.0, 0.2 * math.sqrt(0.1) / 8.0, 0.0375),
