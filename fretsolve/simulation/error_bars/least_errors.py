@@ -188,7 +188,9 @@ class LeastErrors:
 
         That of the largest pressure is infinite where a sharp tip or edge is in contact.
         """
-        summary, outline = state.summary, self._outline(state)
+        summary, holes = state.summary, _beside_holes(state) if self.maps else 0.0
+        whole = not self.sharp and (holes > 0.0 or self._hardly_shows_edges(state))
+        outline = self._outline(summary, whole)
         # Where the contact has opened, the largest one counts: its errors are those that are left.
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
@@ -201,12 +203,12 @@ class LeastErrors:
         self._add_moments_and_tilts(least, summary, largest, cells)
         if shear_path.turned:
             _add_turned(least, largest, TURNED * shear_path.turned)
-        if radius and (self.sharp or self._touches_as_a_whole(state)):
+        if radius and (self.sharp or whole):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
         if summary.max_pressure:
             self._add_heights(least, summary, largest)
-            least[PRESSURE] += self._hidden_pressure(state)
+            least[PRESSURE] += self._hidden_pressure(state, holes)
         return least
 
     def _cells_over_contact(self, summary: Summary, radius: float) -> DoubleArray:
@@ -272,32 +274,36 @@ class LeastErrors:
         scales[[*CONTACT_EXTENTS, *STICK_EXTENTS]] = summary.contact_radius  # a middle may be at 0
         least += parts * scales
 
-    def _outline(self, state: State) -> float:
-        """Return the least error (mm) of the radii where a body ends, or where facets bound the contact."""
+    def _outline(self, summary: Summary, whole: bool) -> float:
+        """Return the least error (mm) of the radii where a body ends, or where facets bound the contact.
+
+        whole: whether the cells at its edge touch or do not touch as a whole.
+        """
         if self.sharp:  # what cells miss of a line contact's width, they miss in its outline
-            missed = self.missed * state.summary.contact_radius if self.model.line else 0.0
+            missed = self.missed * summary.contact_radius if self.model.line else 0.0
             return math.hypot(SHARP_EDGE * self.side, missed)
-        if self._touches_as_a_whole(state):
+        if whole:
             return (ROUNDED_EDGE_LINE if self.model.line else ROUNDED_EDGE) * self.side
-        if not (self.ridges and state.summary.contact_radius):
+        if not (self.ridges and summary.contact_radius):
             return 0.0
-        last = state.summary.max_pressure * math.sqrt(2.0 * min(self.side / state.summary.contact_radius, 0.5))
+        last = summary.max_pressure * math.sqrt(2.0 * min(self.side / summary.contact_radius, 0.5))
         return min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side
 
-    def _touches_as_a_whole(self, state: State) -> bool:
-        """Return whether cells at the edge do: a rounding longer than one touches over less, or holes are beside."""
+    def _hardly_shows_edges(self, state: State) -> bool:
+        """Return whether a rounding longer than a cell is in contact over less than one."""
         modulus = self.model.compliances.contact_modulus
-        if any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges):
-            return True
-        return self.maps and beside_holes(state) > 0.0
+        return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
 
-    def _hidden_pressure(self, state: State) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip."""
+    def _hidden_pressure(self, state: State, holes: float) -> float:
+        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip.
+
+        holes: largest pressure beside holes of a height map, over that of all cells.
+        """
+        if holes * math.sqrt(state.summary.contact_radius / self.side) > SMOOTH_EDGE:
+            return math.inf
         pressure, modulus = state.fields.pressure, self.model.compliances.contact_modulus
         at_edges = max((edge.hidden_pressure(pressure, self.side, modulus) for edge in self.edges), default=0.0)
         beside = (BETWEEN_CELLS + IN_CELLS) * _drop_beside_peak(pressure) if self.maps else 0.0
-        if self.maps and beside_holes(state) > SMOOTH_EDGE * math.sqrt(self.side / state.summary.contact_radius):
-            return math.inf
         return PEAK * self.flattening + self.ridges + at_edges + beside + self._where_slip_meets(state.summary)
 
     def _where_slip_meets(self, summary: Summary) -> float:
@@ -384,7 +390,7 @@ def _add_turned(least: DoubleArray, largest: DoubleArray, relative: float) -> No
     least[turns] = np.hypot(least[turns], relative * largest[turns])
 
 
-def beside_holes(state: State) -> float:
+def _beside_holes(state: State) -> float:
     """Return the largest pressure of cells beside holes of a height map, over that of all cells."""
     from scipy.ndimage import binary_dilation  # height maps alone need it
 

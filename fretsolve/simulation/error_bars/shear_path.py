@@ -89,8 +89,7 @@ class ShearPath:
     @property
     def moves_on(self) -> bool:
         """True if the last increment moved the shear farther from 0, and did not just hold it."""
-        farther = sum(one * other for one, other in zip(self.at, self.way, strict=True))
-        return self.last > HELD and farther > 0.0
+        return self.last > HELD and _product(self.at, self.way) > 0.0
 
     @property
     def is_below_largest(self) -> bool:
@@ -112,7 +111,7 @@ class ShearPath:
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         last = math.hypot(*way)
         begins = self.now is None or self.now.stage != summary.stage
-        turns = sum(one * other for one, other in zip(way, self.way, strict=True)) < 0.0
+        turns = _product(way, self.way) < 0.0
         turned = self.now.stick_radius if turns and self.now else self.edges.turned
         return ShearPath(
             at=at,
@@ -140,9 +139,15 @@ class ShearPath:
 
 def _across(way: Shares, at: Shares) -> float:
     """Return the length of the part of a way that is perpendicular to where it begins, 0 from the origin."""
-    from_origin = math.hypot(*at)
-    along = sum(one * other for one, other in zip(way, at, strict=True)) / from_origin if from_origin else 0.0
-    return math.sqrt(max(math.hypot(*way) ** 2 - along**2, 0.0)) if from_origin else 0.0
+    if not any(at):
+        return 0.0
+    along = _product(way, at) / math.hypot(*at)
+    return math.sqrt(max(_product(way, way) - along**2, 0.0))
+
+
+def _product(one: Shares, other: Shares) -> float:
+    """Return the scalar product."""
+    return sum(a * b for a, b in zip(one, other, strict=True))
 
 
 def _left(at: Shares) -> float:
