@@ -11,6 +11,7 @@ from typing import Any
 
 from calibration_truth import LOAD, RADIUS, Truth, cone, driven, elliptic, gross_slip, hertz, mindlin, punch, torsion
 
+from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_sphere
@@ -55,7 +56,8 @@ class CalibrationCase:
 
     def _with(self, **parts: Any) -> Case:
         base = {"bodies": SIMILAR, "surface": SPHERE, "friction": 0.1}
-        return Case.model_validate({**base, **self.parts, **parts})
+        data = {**base, **self.parts, **parts}
+        return case_model(data).model_validate(data)
 
     @property
     def _slips(self) -> bool:

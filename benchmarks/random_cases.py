@@ -9,7 +9,7 @@ the contact, so that most paths have a solution; a case that has none is reporte
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from random import Random
@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from calibration_cases import CalibrationCase
 
+from fretsolve.case.history import BULK
 from fretsolve.case.models import Case
 from fretsolve.setup.contact_size import AREA_MARGIN
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -68,11 +69,28 @@ class RandomCase(CalibrationCase):
         setup = set_up(self.case())
         path = setup.load_path
         stages = [
-            {**dict(stage.targets), "increments": count * finer(count), "spacing": "graded" if graded else "equal"}
+            {
+                **as_in_file(stage.targets),
+                "increments": count * finer(count),
+                "spacing": "graded" if graded else "equal",
+            }
             for stage, count, graded in zip(setup.case.stages(), path.counts, path.graded, strict=True)
         ]
-        points = [self.points * count for count in setup.grid.shape]
+        points: Any = [self.points * count for count in setup.grid.shape[: len(setup.grid.axes)]]
+        if setup.model.line:
+            (points,) = points
         return self._with(grid={**self.parts["grid"], "points": points}, load_path=stages)
+
+
+def as_in_file(targets: Iterable[tuple[str, float]]) -> dict[str, Any]:
+    """Return the targets of a stage as a case file has them, its bulk stresses by body."""
+    own = dict(targets)
+    found: dict[str, Any] = {name: value for name, value in own.items() if not name.startswith("bulk_")}
+    for body, names in BULK.items():
+        parts = {name.rpartition("_")[2]: own[name] for name in names if name in own}
+        if parts:
+            found[f"bulk_{body}"] = parts
+    return found
 
 
 def finer(count: int) -> int:
@@ -89,7 +107,7 @@ def random_cases(seed: int, count: int, maps: Path = MAP_FOLDER) -> Iterator[Ran
 def _draw(random: Random, label: str, maps: Path, *, wider: bool) -> RandomCase:
     kind = random.choice(WIDER_SURFACES if wider else SURFACES)
     surface, load = _surface(random, kind, maps / f"{label}.npy")
-    bodies, alike = _bodies(random)
+    bodies, alike = bodies_of(random)
     friction = round(math.exp(random.uniform(math.log(0.02), math.log(1.5))), 3)
     points = random.choice((24, 28, 32, 36, 40))
     base = {"surface": surface, "bodies": bodies, "friction": friction, "grid": {"points": points}}
@@ -98,15 +116,19 @@ def _draw(random: Random, label: str, maps: Path, *, wider: bool) -> RandomCase:
     path, words = _path(random, setup, load, friction)
     if "moment" in words:
         size = [1.25 * side for side in size]
-    nx, ny = points, points
-    if max(size) > 1.5 * min(size):
-        nx, ny = (max(24, min(64, round(points * side / math.sqrt(size[0] * size[1]) / 2) * 2)) for side in size)
-    parts = {**base, "grid": {"points": [nx, ny], "size": size}, "load_path": path}
+    parts = {**base, "grid": {"points": points_along(points, size), "size": size}, "load_path": path}
     name = f"{label} {kind}, {'similar' if alike else 'dissimilar'}, friction {friction:g}, {words}"
-    return _widened(random, RandomCase(name, parts)) if wider else RandomCase(name, parts)
+    return widened(random, RandomCase(name, parts)) if wider else RandomCase(name, parts)
 
 
-def _widened(random: Random, case: RandomCase) -> RandomCase:
+def points_along(points: int, size: Sequence[float]) -> list[int]:
+    """Return about `points` points per side, and more along the longer side of a slender area."""
+    if max(size) <= 1.5 * min(size):
+        return [points, points]
+    return [max(24, min(64, round(points * side / math.sqrt(size[0] * size[1]) / 2) * 2)) for side in size]
+
+
+def widened(random: Random, case: RandomCase) -> RandomCase:
     """Return a case with slender cells, with many or automatic increments, or as it is."""
     grid, path, words = dict(case.parts["grid"]), list(case.parts["load_path"]), case.name
     slender = random.choice(SLENDERNESS)
@@ -193,7 +215,7 @@ def _surface(random: Random, kind: str, file: Path) -> tuple[Any, float]:
     return [sphere, {"heights": {"file": str(file.resolve()), "spacing": spacing}}], load
 
 
-def _bodies(random: Random) -> tuple[list[Any], bool]:
+def bodies_of(random: Random) -> tuple[list[Any], bool]:
     """Return the bodies, and whether they are alike in the sense that normal and shear tractions do not couple."""
     modulus = round(math.exp(random.uniform(math.log(3e3), math.log(4e5))), -2)
     first = {"young_modulus": modulus, "poisson_ratio": round(random.uniform(0.0, 0.45), 2)}
