@@ -22,6 +22,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_counts import sheared_stages
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
+from fretsolve.simulation.error_bars.few_increments import early_edge, pressed_radius
 from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_LINKED,
     SHIFTED,
@@ -180,10 +181,10 @@ class ErrorBars:
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         middle = self._least_errors.unseen_middle(summary)
-        edge = self._least_errors.early_edge(summary, self._pressing_increments)
+        edge = early_edge(self._setup.model, summary, self._pressing_increments)
         radius = max(
             of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD])),
-            self._least_errors.pressed_radius(summary, self._pressing_increments),
+            pressed_radius(self._setup.model, summary, self._pressing_increments),
         )
         self._missed = self._missed.after(middle, edge, radius)
         if count == 1 and summary.contact_radius:

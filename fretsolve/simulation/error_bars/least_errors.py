@@ -14,18 +14,16 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.simulation.error_bars.few_increments import add_turned
 from fretsolve.simulation.error_bars.quantity_estimates import (
     BY_AREA,
     CONTACT,
     CONTACT_EXTENTS,
-    DELTA_X,
-    DELTA_Y,
     DELTA_Z,
     FLOOR,
     MX,
     MY,
     MZ,
-    PHI_Z,
     PRESSURE,
     QX,
     QY,
@@ -110,19 +108,6 @@ STRETCH, UNTILTED = 0.15, 1e-3
 """Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
 tilt times the contact radius over the approach from which on they count as tilted."""
 
-EARLY_EDGE, EARLY_ORDER, SHEARED_EDGE, PRESSED_RADIUS = 0.3, 1.5, 0.07, 0.004
-"""Least error of the stick radius in the first stage of unlike bodies, over the contact radius, after one increment.
-After k increments it is that over k^EARLY_ORDER. Where few cells of the coarse grid stick, other increments move none
-of them. In later stages of a line contact that k increments have pressed before shear it is SHEARED_EDGE over k: what
-pressing has left in the surfaces moves the edge then, and the half and a quarter of few increments move it alike. Area
-contacts, whose edge is averaged around, need none. PRESSED_RADIUS over k is the least relative error of the contact
-radius of such line contacts."""
-
-TURNED = 0.035
-"""Least relative error of tangential values where the shear turns, over `ShearPath.turned`. Slip that turns converges
-with the first order in the increments once these are many. Of few, as the coarse runs have, twice as many change
-little."""
-
 UNSHEARED = 1e-3
 """Part of the friction limit below which a load is one of pressing alone."""
 
@@ -202,7 +187,7 @@ class LeastErrors:
         least[[WORK, TOTAL]] = self._dissipated(state, math.hypot(DISSIPATED * cells[TOTAL], on_facets), shear_path)
         self._add_moments_and_tilts(least, summary, largest, cells)
         if shear_path.turned:
-            _add_turned(least, largest, TURNED * shear_path.turned)
+            add_turned(least, largest, shear_path.turned)
         if radius and (self.sharp or whole):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
@@ -334,25 +319,6 @@ class LeastErrors:
         mismatch = abs(self.model.compliances.dundurs_constant) / self.model.compliances.contact_modulus
         return STRETCH * mismatch * summary.max_pressure * self.side
 
-    def early_edge(self, summary: Summary, pressed: int) -> float:
-        """Return the least error (mm) of the stick radius of unlike bodies by few increments that press, 0 of others.
-
-        pressed: number of increments of the stages before the first one that shears.
-        """
-        if not self.model.coupled:
-            return 0.0
-        if summary.stage == 1:
-            return EARLY_EDGE * summary.contact_radius / math.pow(summary.step + 1, EARLY_ORDER)
-        return SHEARED_EDGE * summary.contact_radius / pressed if pressed and self.model.line else 0.0
-
-    def pressed_radius(self, summary: Summary, pressed: int) -> float:
-        """Return the least relative error of the contact radius of unlike bodies in line contact, 0 of others.
-
-        pressed: as of `early_edge`.
-        """
-        increments = summary.step + 1 if summary.stage == 1 else pressed
-        return PRESSED_RADIUS / increments if self.model.coupled and self.model.line and increments else 0.0
-
     def energy_at_edge(self, summary: Summary, count: int) -> float:
         """Return the least error (mJ) of what an increment dissipates, by the width of its slip annulus in cells.
 
@@ -379,15 +345,6 @@ class LeastErrors:
         if not (self.edges and self.model.coupled and self.model.friction) or radius <= self.side:
             return 0.0
         return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
-
-
-def _add_turned(least: DoubleArray, largest: DoubleArray, relative: float) -> None:
-    """Add what few increments that turn the shear hide of tangential values, a part of their largest sizes."""
-    for one, other in ((DELTA_X, DELTA_Y), (QX, QY)):
-        pair = [one, other]
-        least[pair] = np.hypot(least[pair], relative * math.hypot(*largest[pair]))
-    turns = [MZ, PHI_Z]
-    least[turns] = np.hypot(least[turns], relative * largest[turns])
 
 
 def _beside_holes(state: State) -> float:

@@ -17,28 +17,13 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.least_errors import (
     DISSIPATED_FACETS,
-    EARLY_EDGE,
     MOMENT,
     MOMENT_SHEARED,
-    PRESSED_RADIUS,
-    SHEARED_EDGE,
     SLIP_MEETS,
     LeastErrors,
-    _add_turned,
     _drop_beside_peak,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import (
-    DELTA_X,
-    DELTA_Y,
-    DELTA_Z,
-    MX,
-    MY,
-    MZ,
-    PHI_Z,
-    QX,
-    QY,
-    TOTAL,
-)
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
@@ -132,23 +117,6 @@ def test_shear_adds_nothing_to_moments_where_pressure_does_not_depend_on_it() ->
     assert found[MY] == pytest.approx(0.01 * 0.3 * MOMENT * 400.0, rel=1e-12)
 
 
-def test_few_increments_press_stick_zones_of_unlike_bodies_that_are_uncertain() -> None:
-    unlike, like = least_errors(bodies=DISSIMILAR, friction=0.3), least_errors(bodies=SIMILAR, friction=0.3)
-    after = [replace(ROUND, step=step, stage=1) for step in range(4)]
-    found = [unlike.early_edge(summary, 4) for summary in after]
-    assert found == pytest.approx([EARLY_EDGE * 0.3 / made**1.5 for made in (1, 2, 3, 4)], rel=1e-12)
-    sheared = replace(ROUND, step=4, stage=2)
-    line = LeastErrors.of(set_up(line_case(bodies=DISSIMILAR)))
-    assert line.early_edge(sheared, 4) == pytest.approx(SHEARED_EDGE * 0.3 / 4.0, rel=1e-12)
-    assert (
-        line.early_edge(sheared, 0)
-        == unlike.early_edge(sheared, 4)
-        == like.early_edge(sheared, 4)
-        == like.early_edge(after[0], 4)
-        == 0.0
-    )
-
-
 @pytest.mark.parametrize(
     ("width", "area", "line"),
     [
@@ -177,24 +145,6 @@ def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:
     assert shown == pytest.approx(0.25 * 2e-3, rel=1e-12)
     assert unseen > 0.0
     assert least._dissipated(state, 0.25, path)[1] == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
-
-
-def test_few_increments_press_a_line_contact_of_unlike_bodies_whose_radius_is_uncertain() -> None:
-    line, like = (LeastErrors.of(set_up(line_case(bodies=bodies))) for bodies in (DISSIMILAR, SIMILAR))
-    pressed, sheared = replace(ROUND, step=1, stage=1), replace(ROUND, step=4, stage=2)
-    assert line.pressed_radius(pressed, 4) == pytest.approx(PRESSED_RADIUS / 2.0, rel=1e-12)
-    assert line.pressed_radius(sheared, 4) == pytest.approx(PRESSED_RADIUS / 4.0, rel=1e-12)
-    others = line.pressed_radius(sheared, 0), like.pressed_radius(pressed, 4)
-    assert others == (least_errors(bodies=DISSIMILAR, friction=0.3).pressed_radius(pressed, 4), 0.0) == (0.0, 0.0)
-
-
-def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
-    largest, found = np.arange(1.0, 1.0 + len(ESTIMATED)), np.zeros(len(ESTIMATED))
-    _add_turned(found, largest, 0.1)
-    for pair in ([QX, QY], [DELTA_X, DELTA_Y]):
-        assert found[pair] == pytest.approx(0.1 * np.hypot(*largest[pair]), rel=1e-12)
-    assert found[[MZ, PHI_Z]] == pytest.approx(0.1 * largest[[MZ, PHI_Z]], rel=1e-12)
-    assert np.count_nonzero(found) == 6
 
 
 def test_energy_on_facets_of_a_map_is_less_certain_by_the_first_power_of_the_cells() -> None:

@@ -1,0 +1,62 @@
+"""Least errors by few increments that press unlike bodies, or that turn the shear.
+
+Coarse runs halve and quarter the increments of the run. Where these are few, both hide the same errors.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fretsolve.case.history import Summary
+from fretsolve.model.required_terms import Model
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY
+from fretsolve.system.arrays import DoubleArray
+
+EARLY_EDGE, EARLY_ORDER, SHEARED_EDGE, PRESSED_RADIUS = 0.3, 1.5, 0.07, 0.004
+"""Least error of the stick radius in the first stage of unlike bodies, over the contact radius, after one increment.
+After k increments it is that over k^EARLY_ORDER. Where few cells of the coarse grid stick, other increments move none
+of them. In later stages of a line contact that k increments have pressed before shear it is SHEARED_EDGE over k: what
+pressing has left in the surfaces moves the edge then, and the half and a quarter of few increments move it alike. Area
+contacts, whose edge is averaged around, need none. PRESSED_RADIUS over k is the least relative error of the contact
+radius of such line contacts."""
+
+TURNED = 0.035
+"""Least relative error of tangential values where the shear turns, over `ShearPath.turned`. Slip that turns converges
+with the first order in the increments once these are many. Of few, as the coarse runs have, twice as many change
+little."""
+
+
+def early_edge(model: Model, summary: Summary, pressed: int) -> float:
+    """Return the least error (mm) of the stick radius of unlike bodies by few increments that press, 0 of others.
+
+    pressed: number of increments of the stages before the first one that shears.
+    """
+    if not model.coupled:
+        return 0.0
+    if summary.stage == 1:
+        return EARLY_EDGE * summary.contact_radius / math.pow(summary.step + 1, EARLY_ORDER)
+    return SHEARED_EDGE * summary.contact_radius / pressed if pressed and model.line else 0.0
+
+
+def pressed_radius(model: Model, summary: Summary, pressed: int) -> float:
+    """Return the least relative error of the contact radius of unlike bodies in line contact, 0 of others.
+
+    pressed: as of `early_edge`.
+    """
+    increments = summary.step + 1 if summary.stage == 1 else pressed
+    return PRESSED_RADIUS / increments if model.coupled and model.line and increments else 0.0
+
+
+def add_turned(least: DoubleArray, largest: DoubleArray, turned: float) -> None:
+    """Add what few increments that turn the shear hide of tangential values, a part of their largest sizes.
+
+    turned: as of `ShearPath`.
+    """
+    relative = TURNED * turned
+    for one, other in ((DELTA_X, DELTA_Y), (QX, QY)):
+        pair = [one, other]
+        least[pair] = np.hypot(least[pair], relative * math.hypot(*largest[pair]))
+    turns = [MZ, PHI_Z]
+    least[turns] = np.hypot(least[turns], relative * largest[turns])

@@ -1,0 +1,67 @@
+"""Least errors by few increments: `tests/verification/test_bars_hold.py` compares bars with true errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from fake_states import fake_states
+from line_cases import line_case
+from solving import DISSIMILAR, SIMILAR, build
+
+from fretsolve.model.required_terms import Model
+from fretsolve.result.state import ESTIMATED
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.error_bars.few_increments import (
+    EARLY_EDGE,
+    PRESSED_RADIUS,
+    SHEARED_EDGE,
+    TURNED,
+    add_turned,
+    early_edge,
+    pressed_radius,
+)
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY
+
+RADIUS = 0.3
+PRESSED = [replace(next(fake_states(1)).summary, contact_radius=RADIUS, step=step, stage=1) for step in range(4)]
+SHEARED = replace(PRESSED[0], step=4, stage=2)
+
+
+def on_area(bodies: Any) -> Model:
+    return set_up(build(grid={"points": 16}, bodies=bodies, friction=0.3)).model
+
+
+def on_line(bodies: Any) -> Model:
+    return set_up(line_case(bodies=bodies)).model
+
+
+def test_the_stick_radius_of_unlike_bodies_is_uncertain_after_few_increments_that_press() -> None:
+    found = [early_edge(on_area(DISSIMILAR), summary, 4) for summary in PRESSED]
+    assert found == pytest.approx([EARLY_EDGE * RADIUS / made**1.5 for made in (1, 2, 3, 4)], rel=1e-12)
+    assert early_edge(on_area(SIMILAR), PRESSED[0], 4) == 0.0
+
+
+def test_in_line_contact_it_stays_uncertain_in_later_stages() -> None:
+    assert early_edge(on_line(DISSIMILAR), SHEARED, 4) == pytest.approx(SHEARED_EDGE * RADIUS / 4.0, rel=1e-12)
+    assert early_edge(on_line(DISSIMILAR), SHEARED, 0) == 0.0  # pressed and sheared at once
+    assert early_edge(on_line(SIMILAR), SHEARED, 4) == early_edge(on_area(DISSIMILAR), SHEARED, 4) == 0.0
+
+
+def test_the_contact_radius_of_unlike_bodies_in_line_contact_is_uncertain_after_few_increments_that_press() -> None:
+    line = on_line(DISSIMILAR)
+    assert pressed_radius(line, PRESSED[1], 4) == pytest.approx(PRESSED_RADIUS / 2.0, rel=1e-12)
+    assert pressed_radius(line, SHEARED, 4) == pytest.approx(PRESSED_RADIUS / 4.0, rel=1e-12)
+    assert pressed_radius(line, SHEARED, 0) == pressed_radius(on_line(SIMILAR), PRESSED[1], 4) == 0.0
+    assert pressed_radius(on_area(DISSIMILAR), PRESSED[1], 4) == 0.0
+
+
+def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
+    largest, found = np.arange(1.0, 1.0 + len(ESTIMATED)), np.zeros(len(ESTIMATED))
+    add_turned(found, largest, 0.5)
+    for pair in ([QX, QY], [DELTA_X, DELTA_Y]):
+        assert found[pair] == pytest.approx(0.5 * TURNED * np.hypot(*largest[pair]), rel=1e-12)
+    assert found[[MZ, PHI_Z]] == pytest.approx(0.5 * TURNED * largest[[MZ, PHI_Z]], rel=1e-12)
+    assert np.count_nonzero(found) == 6
