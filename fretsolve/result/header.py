@@ -34,6 +34,9 @@ WITHOUT_EFFECT = (
 )
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
 
+ERROR_BARS = ("solver", "error_bars")
+"""Key of a case that asks for error bars."""
+
 CHECKSUM = "sha256"
 """Name of the checksum in a header's text."""
 
@@ -210,6 +213,8 @@ def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeade
         message = f"was begun by fretsolve {version}, this is {header.version}, whose numbers may differ"
         raise FileError(f"{message}: finish it with that version, or start anew with --overwrite", file)
     there, here = _identity(attributes), _identity(header.attributes("running"))
+    if there == here | {ERROR_BARS: "true"}:
+        raise FileError("holds a run with error bars; add --error-bars, or start anew with --overwrite", file)
     differences = [
         f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
         for key in {**there, **here}

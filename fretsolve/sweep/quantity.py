@@ -12,7 +12,7 @@ from fretsolve.errors import CaseError
 from fretsolve.fatigue.names import WORST_NAMES
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
-from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX
+from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import PEAK_NAMES
 
@@ -68,8 +68,7 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`; or ``NAME@CYCLE``. Raises CaseError."""
     name, at, stage = (part.strip() for part in text.partition("@"))
     if name not in ALL_NAMES:
-        known = (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES))
-        raise _refused(f"{name!r} is not a quantity that can be compared; {nearest(name, known)}", text)
+        raise _refused(f"{name!r} is not a quantity that can be compared; {_right_name(name)}", text)
     if name in CYCLE_NAMES:
         if at and not (stage.isdecimal() and len(stage) < 10 and int(stage) >= 1):
             raise _refused(f"there is no cycle {stage!r}; one from 1 on is needed", text)
@@ -80,6 +79,16 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     if at and name in WORST_NAMES and int(stage) != stages:
         raise _refused(f"{name} is that of the last cycle; leave @{stage} out", text)
     return StageQuantity(name, int(stage) if at else stages)
+
+
+def _right_name(name: str) -> str:
+    """Return which name would be right instead of one that is not known."""
+    as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
+    if as_run != name and as_run in NAMES:
+        if name.endswith(ERROR_SUFFIX):
+            return f"error bars stand beside their values; use {name.removesuffix(ERROR_SUFFIX)}"
+        return f"{as_run} is not corrected for the number of increments; use {as_run}"
+    return nearest(name, (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES)))
 
 
 def key_beside(name: str) -> str:

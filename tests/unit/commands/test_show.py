@@ -23,6 +23,8 @@ load_path:
   - cycle: {amplitude: {Qx: 10 N}, times: 2, increments: 4}
 """
 
+BARS = f"{CASE}solver: {{error_bars: true}}\n".replace("points: 8", "points: 16")
+
 
 @pytest.fixture(scope="module")
 def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -65,6 +67,19 @@ def test_mistakes(out: Path) -> None:
     assert "'qx' is not a column of the history; did you mean 'Qx'?" in shown(out, "--columns", "qx", code=2)
     assert "energy_ratio is a column of the cycles" in shown(out, "--columns", "Qx,energy_ratio", code=2)
     assert "exclude each other" in shown(out, "--json", "--csv", code=2)
+
+
+@pytest.mark.parametrize("column", ["delta_x_error", "delta_x_corrected", "stick_radius_corrected"])
+def test_columns_of_error_bars_need_a_run_with_them(out: Path, column: str) -> None:
+    said = shown(out, "--columns", column, code=2)
+    assert f"{column} is not there, since the case ran without error bars; run it with --error-bars" in said
+
+
+def test_radii_are_not_corrected(tmp_path: Path) -> None:
+    out = result_of(write_case(tmp_path, BARS))
+    said = shown(out, "--columns", "stick_radius_corrected", code=2)
+    assert "since stick_radius is not corrected for the number of increments; use stick_radius" in said
+    assert "delta_x_corrected_error (mm)" in shown(out, "--columns", "delta_x_corrected_error", "--csv")
 
 
 def test_long_tables_have_the_first_and_the_last_stages(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -89,6 +89,18 @@ def test_another_case_is_named_by_its_keys() -> None:
     assert not is_same_run(fake_header().attributes("stopped"), header.attributes("running"))
 
 
+def test_error_bars_have_to_be_asked_for_again() -> None:
+    there = fake_header(error_bars=True).attributes("stopped")
+    with pytest.raises(FileError, match="holds a run with error bars; add --error-bars, or start anew"):
+        require_same_run(Path("a.h5"), there, fake_header(error_bars=False))
+    with pytest.raises(FileError, match=r"solver\.error_bars is true there, false now; give another -o"):
+        require_same_run(Path("a.h5"), there, fake_header(increments=7, error_bars=False))
+    with pytest.raises(FileError, match=r"solver\.error_bars is false there, true now; give another -o"):
+        require_same_run(
+            Path("a.h5"), fake_header(error_bars=False).attributes("stopped"), fake_header(error_bars=True)
+        )
+
+
 def test_another_version_may_have_other_numbers() -> None:
     with pytest.raises(FileError, match=r"was begun by fretsolve 0\.0\.1, this is .*: finish it with that version"):
         require_same_run(Path("a.h5"), replace(fake_header(), version="0.0.1").attributes("stopped"), fake_header())
