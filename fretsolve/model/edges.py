@@ -55,6 +55,10 @@ class Edge:
     near: BoolArray
     covered: float = 1.0
 
+    def touches(self, pressure: FloatArray) -> bool:
+        """Return whether the edge is in contact."""
+        return bool(np.max(pressure, where=self.near, initial=0.0))
+
     def hidden_pressure(self, pressure: FloatArray, side: float, contact_modulus: float) -> float:
         """Return by how much (MPa) the pressure at the edge may exceed the largest one of cells of `side` (mm).
 

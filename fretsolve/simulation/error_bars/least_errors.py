@@ -15,6 +15,7 @@ from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.few_increments import add_turned
+from fretsolve.simulation.error_bars.hidden_pressure import HiddenPressure
 from fretsolve.simulation.error_bars.quantity_estimates import (
     BY_AREA,
     CONTACT,
@@ -36,7 +37,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.zone_errors import SHARP_EDGE, ZoneErrors
-from fretsolve.system.arrays import DoubleArray, FloatArray
+from fretsolve.system.arrays import DoubleArray
 
 DISSIPATED, DISSIPATED_FACETS = 0.15, 0.08
 """Least error of the dissipated energy over its own value, over the mean (h/a)^2 of `_cells_over_contact`, and on
@@ -49,24 +50,21 @@ touch or do not touch as a whole. So do those beside holes of a height map, whic
 ROUNDED_EDGE_LINE = 0.6
 """The same in line contacts, both of whose edges may lie alike in their cells."""
 
-SMOOTH_EDGE = 1.75
-"""Largest part of the largest pressure in a cell beside the edge of a smooth contact, over (h/a)^(1/2): it is there
-(2 s/a)^(1/2) up to 1.5 h from the edge. Where cells beside holes of a height map have more, the body ends sharply."""
-
 RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
 
 MOMENT, MOMENT_LINE, MOMENT_ENDS, MOMENT_SHEARED = 0.013, 0.1, 0.045, 1.2
 """Least error of Mx and My over (h/a)^2 P a, and of Mz with the shear force Q: they sum up tractions of opposite
-effect. Those at ends are largest, and those of line contacts, whose two edges nothing averages: 42 of cylinders off the
-middle of the grid, tilted or not, had 0.115 at most. And of Mx and My between unlike bodies over (h/a)^2 beta Q a with Dundurs' constant
-beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres and on height maps."""
+effect. Those at ends are largest, and those of line contacts, whose two edges nothing averages: of 42 cylinders off the
+middle of the grid, tilted or not, none had more than 0.115. And of Mx and My between unlike bodies over (h/a)^2 beta Q
+a with Dundurs' constant beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres
+and on height maps."""
 
-HOLE_MOMENT = 0.2
+HOLE_MOMENT, HOLE_TILT = 0.2, 0.3
 """Least error of Mx and My over P h, and of Mz over Q h, with the extent h of a cell across the moment's axis, where
 the contact reaches a hole of a height map: all grids round it to their cells, which moves the middle of the contact.
-Grooves and holes beside the middle had up to 0.19."""
+And of tilts over (h/a) delta_z/a. Straight edges beside the middle, on 24 to 48 cells, had up to 0.19 and 0.28."""
 
 TILT = 0.03
 """Least error of tilts over (h/a)^2 delta_z/a. A tilt of delta_z/a takes a moment of about P a."""
@@ -79,16 +77,6 @@ ALONG_X[[MX, ESTIMATED.index("phi_x")]], ALONG_X[[MY, ESTIMATED.index("phi_y")]]
 SHARP_MOMENT = 3.0
 """Least relative error of moments and turns over that of the radius of a sharp outline: at a given turn a moment goes
 with the third power of the radius."""
-
-PEAK = 3.0
-"""Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
-independent Gaussian peaks in contact, here a hundred. A sine has 1.4, which partial contact does not exceed, and two
-sines across each other have 2."""
-
-BETWEEN_CELLS, IN_CELLS = 1.0 / 24.0, 1.0 / 24.0
-"""Least error of the largest pressure on a height map over its second differences there, along x and y. A parabola is
-higher by so much than the cell nearest to its top, on average, and the mean of a wave over a cell misses its middle by
-as much."""
 
 FLATTENED = 0.5
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
@@ -105,15 +93,6 @@ the edge of the stick zone may lie anywhere in the cells, which is averaged arou
 is, and (h/a)^(1/2) is left out. In a first shear 9 of 10 errors were below 0.17 to 0.23 times
 that on spheres of 8 to 50 cells per radius, and 0.26 times in line contacts, all below 0.4. What the coarse runs show
 comes on top."""
-
-SLIP_MEETS = 1.4
-"""By how much slip towards a stick zone that no cell sees raises the largest pressure at most, over mu beta p (1 +
-ln(h/c)) with the radius c of that zone. Compared with fine grids it was up to 1.2 times that without the logarithm."""
-
-KINK = 0.0075
-"""Least error of the largest pressure in a line contact over E* h/r, where cells show a rounding of radius r: the
-curvature jumps where it begins, so that the pressure is steepest there, and beyond lies its peak. Where the rounding is
-in contact over 3 to 13 cells, 9 of 10 errors of 51 punches were below 0.01."""
 
 STRETCH, UNTILTED = 0.15, 1e-3
 """Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
@@ -163,6 +142,11 @@ class LeastErrors:
         slender = self.side / min(self.cell)
         return UnseenSlip(self.model, self.side, slender, self.ends, self.edges, self.flat)
 
+    @property
+    def _hidden_pressure(self) -> HiddenPressure:
+        """By how much the largest pressure may exceed that of the cells."""
+        return HiddenPressure(self.model, self.side, self.flattening, self.ridges, self.maps, self.edges)
+
     @classmethod
     def of(cls, setup: ProblemSetup) -> LeastErrors:
         """Return the least errors of a problem. Raises FileError or CaseError where a map cannot be read."""
@@ -206,7 +190,7 @@ class LeastErrors:
             self._add_holes(least, summary, largest)
         if summary.max_pressure:
             self._add_heights(least, summary, largest)
-            least[PRESSURE] += self._hidden_pressure(state, holes)
+            least[PRESSURE] += self._hidden_pressure.of(state, holes)
         return least
 
     def _cells_over_contact(self, summary: Summary, radius: float) -> DoubleArray:
@@ -265,13 +249,12 @@ class LeastErrors:
 
     def _add_holes(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what the edges of holes of height maps shift moments and tilts by, whose contact they reach."""
-        across = HOLE_MOMENT * np.array([self.cell[1], self.cell[0]])
-        moments = [MX, MY]
-        least[moments] = np.hypot(least[moments], across * summary.P)
+        across, moments = np.array([self.cell[1], self.cell[0]]), [MX, MY]
+        least[moments] = np.hypot(least[moments], HOLE_MOMENT * summary.P * across)
         shear = float(np.hypot(largest[QX], largest[QY]))
         least[MZ] = math.hypot(least[MZ], HOLE_MOMENT * self.side * shear)
-        turns = across / summary.contact_radius**2 * float(largest[DELTA_Z])
-        least[TILTS] = np.hypot(least[TILTS], np.nan_to_num(turns))
+        turn = HOLE_TILT * float(np.nan_to_num(largest[DELTA_Z])) / summary.contact_radius**2
+        least[TILTS] = np.hypot(least[TILTS], turn * across)
 
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what heights miss that are finer than the cells, but for the largest pressure."""
@@ -301,39 +284,6 @@ class LeastErrors:
         """Return whether a rounding longer than a cell is in contact over less than one."""
         modulus = self.model.compliances.contact_modulus
         return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
-
-    def _hidden_pressure(self, state: State, holes: float) -> float:
-        """Return by how much the largest pressure may exceed that of the cells, by heights, ridges, edges and slip.
-
-        holes: largest pressure beside holes of a height map, over that of all cells.
-        """
-        if holes * math.sqrt(state.summary.contact_radius / self.side) > SMOOTH_EDGE:
-            return math.inf
-        pressure = state.fields.pressure
-        at_edges = max((self._hidden_at(edge, pressure) for edge in self.edges), default=0.0)
-        beside = (BETWEEN_CELLS + IN_CELLS) * _drop_beside_peak(pressure) if self.maps else 0.0
-        return PEAK * self.flattening + self.ridges + at_edges + beside + self._where_slip_meets(state.summary)
-
-    def _hidden_at(self, edge: Edge, pressure: FloatArray) -> float:
-        """Return by how much the largest pressure at an edge may exceed that of the cells."""
-        modulus = self.model.compliances.contact_modulus
-        hidden = edge.hidden_pressure(pressure, self.side, modulus)
-        return hidden or (KINK * modulus * self.side / edge.radius if self.model.line and edge.radius else 0.0)
-
-    def _where_slip_meets(self, summary: Summary) -> float:
-        """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.
-
-        The shear traction mu p turns round there, which between unlike bodies raises p with the logarithm of the
-        distance, down to the stick zone (radius c by Spence): by mu beta p ln(h/c) within a cell, and somewhat outside.
-        """
-        stick = spence_ratio(self.model) * summary.contact_radius
-        if not self.model.coupled or not stick:
-            return 0.0
-        if self.model.line:  # whose stick zone has two edges however it is sheared
-            stick = min(stick, summary.stick_radius or stick)
-        rise = 1.0 + math.log(self.side / stick) if stick < self.side else self.side / stick
-        mismatch = abs(self.model.compliances.dundurs_constant)
-        return SLIP_MEETS * self.model.friction * mismatch * rise * summary.max_pressure
 
     def unseen_middle(self, summary: Summary) -> float:
         """Return the least error (mm) of the displacements of unlike bodies that are tilted, or 0.
@@ -385,17 +335,3 @@ def _beside_holes(state: State) -> float:
         return 0.0
     beside = binary_dilation(holes, np.ones((3, 3)))
     return float(np.max(pressure, where=beside, initial=0.0)) / state.summary.max_pressure
-
-
-def _drop_beside_peak(pressure: FloatArray) -> float:
-    """Return the second differences of a pressure (nx, ny) at its largest value, along x and y, without their signs.
-
-    Along the axis of a line contact, which has one cell, there is none.
-    """
-    row, column = np.unravel_index(pressure.argmax(), pressure.shape)
-    drop = 0.0
-    for values, place in ((pressure[:, column], int(row)), (pressure[row], int(column))):
-        if len(values) > 1:
-            before, most, after = np.pad(values, 1)[place : place + 3].tolist()  # nothing presses beyond the grid
-            drop += 2.0 * most - before - after
-    return drop

@@ -20,9 +20,9 @@ CONTACT_EDGE, MAP_EDGE = 0.0075, 0.01
 same."""
 
 UNLIKE_EDGE = 0.4
-"""The same of unlike bodies in line contact, over the e by which slip changes the order of the pressure at the edge from
-1/2: e = atan(beta mu)/pi with Dundurs' beta. Both edges may lie alike in their cells. On 24 to 64 points, with beta of
-.1 to .5 and friction of .05 to 1.5, errors were 0.25 to 0.41 times that where they are above CONTACT_EDGE."""
+"""The same of unlike bodies in line contact, over e = atan(beta mu)/pi with Dundurs' beta, by which slip changes the
+order of the pressure at the edge from 1/2. Both edges may lie alike in their cells. On 24 to 64 points, with beta of .1
+to .5 and friction of .05 to 1.5, errors were 0.25 to 0.41 times that where they are above CONTACT_EDGE."""
 
 FEW_CONTACT, FEW_CELLS, FEW_ORDER = 0.4, 1.5, 4
 """The same of contacts of few cells, over h, up to a radius of FEW_CELLS h; with the power FEW_ORDER of h/a less

@@ -17,17 +17,17 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.least_errors import (
     DISSIPATED_FACETS,
+    HOLE_MOMENT,
+    HOLE_TILT,
     MOMENT,
+    MOMENT_LINE,
     MOMENT_SHEARED,
-    SLIP_MEETS,
     LeastErrors,
-    _drop_beside_peak,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX, TOTAL
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX, QY, TILTS, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
-PEAK = np.array([[1.0, 2.0, 1.0], [4.0, 6.0, 5.0], [0.0, 3.0, 0.0]])
 ROUND = replace(
     next(fake_states(1)).summary,
     P=400.0,
@@ -36,18 +36,6 @@ ROUND = replace(
     contact_half_width_y=0.3,
     max_pressure=2000.0,
 )
-
-
-@pytest.mark.parametrize(
-    ("pressure", "drop"),
-    [
-        (PEAK, (2 * 6 - 2 - 3) + (2 * 6 - 4 - 5)),
-        (PEAK[1:], (2 * 6 - 0 - 3) + (2 * 6 - 4 - 5)),  # at the border, beyond which nothing presses
-        (PEAK[:, 1:2], 2 * 6 - 2 - 3),  # a line contact has one cell across
-    ],
-)
-def test_the_pressure_drops_beside_its_peak(pressure, drop):
-    assert _drop_beside_peak(pressure) == drop
 
 
 def least_errors(cell: tuple[float, float] = (0.03, 0.03), **parts: Any) -> LeastErrors:
@@ -147,23 +135,30 @@ def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:
     assert least._dissipated(state, 0.25, path)[1] == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
 
 
+def test_moments_of_line_contacts_have_a_least_error_of_their_own() -> None:
+    """Also where a body ends, as nothing averages the two edges."""
+    for surface in ({"cylinder": {"radius": 10.0}}, {"punch": {"half_width": 0.1, "edge_radius": 10.0}}):
+        least, found = LeastErrors.of(set_up(line_case(surface=surface))), np.zeros(len(ESTIMATED))
+        least._add_moments_and_tilts(found, ROUND, np.zeros(len(ESTIMATED)), np.full(len(ESTIMATED), 0.01))
+        assert found[MY] == pytest.approx(0.01 * 0.3 * MOMENT_LINE * 400.0, rel=1e-12)
+
+
+def test_holes_of_a_map_shift_moments_and_tilts_by_the_cells_across_their_axes() -> None:
+    least, found, largest = least_errors((0.02, 0.05)), np.zeros(len(ESTIMATED)), np.zeros(len(ESTIMATED))
+    largest[[QX, QY, DELTA_Z]] = 30.0, 40.0, 0.009
+    least._add_holes(found, ROUND, largest)
+    assert found[[MX, MY]] == pytest.approx([HOLE_MOMENT * 400.0 * 0.05, HOLE_MOMENT * 400.0 * 0.02], rel=1e-12)
+    assert found[MZ] == pytest.approx(HOLE_MOMENT * 50.0 * 0.05, rel=1e-12)
+    assert found[TILTS] == pytest.approx(HOLE_TILT * 0.1 * np.array([0.05, 0.02]), rel=1e-12)
+    assert np.count_nonzero(found) == 5
+
+
 def test_energy_on_facets_of_a_map_is_less_certain_by_the_first_power_of_the_cells() -> None:
     least, state = least_errors(friction=0.3), next(fake_states(1))
     state = replace(state, summary=replace(ROUND, work=1e-3, work_total=2e-3, stick_radius=0.3))
     largest = np.zeros(len(ESTIMATED))
     smooth, facets = (replace(least, ridges=ridges).values(state, largest, ShearPath())[TOTAL] for ridges in (0.0, 1.0))
     assert smooth < facets == pytest.approx(math.hypot(smooth, DISSIPATED_FACETS * 0.1 * 2e-3), rel=1e-9)
-
-
-def test_slip_that_meets_within_a_cell_raises_the_pressure() -> None:
-    """The more, the smaller Spence's stick zone is against the cell; not between like bodies."""
-    low, high = (least_errors((0.06, 0.06), bodies=DISSIMILAR, friction=friction) for friction in (0.02, 0.3))
-    rise = [
-        one._where_slip_meets(ROUND) / (one.model.friction * abs(one.model.compliances.dundurs_constant) * 2000.0)
-        for one in (low, high)
-    ]
-    assert rise[0] > SLIP_MEETS > rise[1] > 0.0
-    assert least_errors(bodies=SIMILAR, friction=0.3)._where_slip_meets(ROUND) == 0.0
 
 
 def test_the_edge_of_a_contact_on_a_height_map_is_less_certain() -> None:

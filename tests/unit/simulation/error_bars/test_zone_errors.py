@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from line_cases import HERTZ as LINE_HERTZ
 from line_cases import LOAD, SHEAR_FORCE, line_case
-from solving import DISSIMILAR, build
+from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -18,7 +18,7 @@ from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
-from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, BELOW_LARGEST, CONTACT_EDGE, EARLIER_EDGE
+from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, BELOW_LARGEST, CONTACT_EDGE, EARLIER_EDGE, UNLIKE_EDGE
 from fretsolve.simulation.simulation import run
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]
@@ -165,3 +165,18 @@ def test_radii_of_few_cells(sheared: tuple[ProblemSetup, State], cells: float, l
     small = replace(state, summary=replace(state.summary, contact_radius=cells * side))
     found = LeastErrors.of(setup).values(small, np.ones(len(ESTIMATED)), ShearPath())[CONTACT]
     assert found == pytest.approx(side * math.hypot(least, CONTACT_EDGE), rel=0.1)
+
+
+def test_the_contact_radius_of_unlike_bodies_in_line_contact_is_less_certain_the_more_friction_there_is() -> None:
+    path = [{"P": LOAD, "increments": 1}]
+    for friction in (0.1, 1.0):
+        radii = []
+        for bodies in (SIMILAR, DISSIMILAR):
+            setup = set_up(line_case(bodies=bodies, friction=friction, load_path=path))
+            (state,) = run(setup)
+            radii.append(LeastErrors.of(setup).values(state, np.ones(len(ESTIMATED)), MOVES_ON)[CONTACT])
+        order = math.atan(abs(setup.model.compliances.dundurs_constant) * friction) / math.pi
+        few = radii[0] ** 2 - (CONTACT_EDGE * setup.grid.dx) ** 2  # hardly anything on so many cells
+        assert few < 1e-2 * radii[0] ** 2
+        assert radii[1] == pytest.approx(math.hypot(radii[0], UNLIKE_EDGE * order * setup.grid.dx), rel=1e-2)
+        assert radii[1] > (3.0 if friction == 1.0 else 1.05) * radii[0]
