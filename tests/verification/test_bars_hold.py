@@ -595,6 +595,16 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {1: {"max_pressure": 425.033}, 2: {"max_pressure": 425.476}},
     ),
+    "the same of a crowned cylinder, which no cell sees": (
+        {
+            "bodies": ["rigid", {"young_modulus": 27800.0, "poisson_ratio": 0.05}],
+            "surface": {"cylinder": {"radius": 2.29, "axis": "y", "crown_radius": 22.9}},
+            "friction": 0.147,
+            "grid": {"points": [24, 64], "size": [0.1758, 0.8639]},
+            "load_path": [{"P": 14.89, "increments": 4}],
+        },
+        {1: {"max_pressure": 491.535}},
+    ),
     "a sphere that comes back to its largest force from zero, where a ring of cells slips again bit by bit": (
         {
             "bodies": [{"young_modulus": 200e3, "poisson_ratio": 0.3}] * 2,
@@ -608,15 +618,29 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {4: {"stick_radius": 0.15443}},  # on 96 points in 96 increments each
     ),
-    "the same of a crowned cylinder, which no cell sees": (
+    "a cycle about a mean that comes back on few cells": (
         {
-            "bodies": ["rigid", {"young_modulus": 27800.0, "poisson_ratio": 0.05}],
-            "surface": {"cylinder": {"radius": 2.29, "axis": "y", "crown_radius": 22.9}},
-            "friction": 0.147,
-            "grid": {"points": [24, 64], "size": [0.1758, 0.8639]},
-            "load_path": [{"P": 14.89, "increments": 4}],
+            "bodies": 2 * [{"young_modulus": 5900.0, "poisson_ratio": 0.39}],
+            "surface": {"sphere": {"radius": 8.815}},
+            "friction": 0.025,
+            "grid": {"points": 24, "size": [2.5735, 2.3276]},
+            "load_path": [
+                {"P": 251.6, "increments": 12},
+                {"Qx": 6.102, "increments": 3},
+                {"cycle": {"times": 2, "stages": [{"Qx": -1.83, "increments": 4}, {"Qx": 6.102, "increments": 2}]}},
+            ],
         },
-        {1: {"max_pressure": 491.535}},
+        {6: {"stick_radius": 0.2390}},
+    ),
+    "a peak beside the flat part of a punch": (
+        {
+            "bodies": 2 * [{"young_modulus": 24300.0, "poisson_ratio": 0.13}],
+            "surface": [{"sphere": {"radius": -499.24}}, {"punch": {"radius": 1.2481, "edge_radius": 0.624}}],
+            "friction": 0.128,
+            "grid": {"points": [24, 240], "size": [2.6333, 2.409]},
+            "load_path": [{"P": 4891.0}],
+        },
+        {1: {"max_pressure": 2599.4}},
     ),
 }
 

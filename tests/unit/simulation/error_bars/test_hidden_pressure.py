@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from fake_states import fake_states
-from line_cases import LOAD, MATERIAL, line_case
+from line_cases import LOAD, line_case
 from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.hidden_pressure import (
     KINK,
+    KINK_LINE,
     SLIP_MEETS,
     SMOOTH_EDGE,
     HiddenPressure,
@@ -65,14 +66,21 @@ def test_a_body_that_ends_sharply_at_a_hole_has_no_largest_pressure() -> None:
 
 
 @pytest.mark.parametrize("touches", [True, False])
-def test_the_pressure_where_a_punch_in_line_contact_begins_to_bend(touches: bool) -> None:
+@pytest.mark.parametrize("line", [True, False])
+def test_the_pressure_where_a_punch_begins_to_bend(line: bool, touches: bool) -> None:
     """Its error is that of a rounding which cells show, and 0 where this is not in contact."""
-    surface = {"punch": {"half_width": 0.5, "edge_radius": 50.0}}
-    setup = set_up(line_case(surface=surface, load_path=[{"P": 2.0 * LOAD}]))
+    if line:
+        surface = {"punch": {"half_width": 0.5, "edge_radius": 50.0}}
+        case = line_case(surface=surface, load_path=[{"P": 2.0 * LOAD}])
+    else:
+        surface = {"punch": {"radius": 1.0, "edge_radius": 0.8}}
+        case = build(surface=surface, friction=0.0, grid={"points": 48, "size": 1.6}, load_path=[{"P": 4000.0}])
+    setup = set_up(case)
     hidden, (state,) = LeastErrors.of(setup)._hidden_pressure, list(run(setup))
     (edge,) = hidden.edges
     assert edge.touches(state.fields.pressure)
     if not touches:
         state = replace(state, fields=replace(state.fields, pressure=np.where(edge.near, 0.0, state.fields.pressure)))
-    expected = KINK * MATERIAL.contact_modulus * setup.grid.dx / 50.0 if touches else 0.0
+    unit = setup.model.compliances.contact_modulus * setup.grid.dx / edge.radius
+    expected = (KINK_LINE if line else KINK) * unit if touches else 0.0
     assert hidden.of(state, 0.0) == pytest.approx(expected, rel=1e-9)

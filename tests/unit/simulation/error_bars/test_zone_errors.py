@@ -18,7 +18,14 @@ from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
-from fretsolve.simulation.error_bars.zone_errors import AT_LIMIT, BELOW_LARGEST, CONTACT_EDGE, EARLIER_EDGE, UNLIKE_EDGE
+from fretsolve.simulation.error_bars.zone_errors import (
+    AT_LIMIT,
+    BELOW_LARGEST,
+    CONTACT_EDGE,
+    EARLIER_EDGE,
+    HELD_EDGE,
+    UNLIKE_EDGE,
+)
 from fretsolve.simulation.simulation import run
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]
@@ -102,7 +109,7 @@ def test_cells_that_stick_at_the_friction_limit_may_slip(sheared: tuple[ProblemS
     at_limit = with_shear_in(below, rows, 1.0 - 0.9 * AT_LIMIT, friction)
     before, after = stick_errors(setup, below), stick_errors(setup, at_limit)
     added = (1.0 - math.sqrt(1.0 - held)) * state.summary.stick_radius
-    assert after[0] == pytest.approx(math.hypot(before[0], added), rel=1e-12)
+    assert after[0] == pytest.approx(before[0] + added + HELD_EDGE * setup.grid.dx, rel=1e-12)
     assert after[1] >= after[0]
     assert stick_errors(setup, with_shear_in(below, rows, 1.0 - 1.1 * AT_LIMIT, friction)) == before
 
@@ -155,7 +162,7 @@ def test_part_of_a_line_contact_at_the_friction_limit() -> None:
     below = with_shear_in(state, sticks, 0.5, friction)
     before, after = (stick_errors(setup, one)[0] for one in (below, with_shear_in(below, half, 1.0, friction)))
     added = share * state.summary.stick_radius
-    assert after == pytest.approx(math.hypot(before, added), rel=1e-12)
+    assert after == pytest.approx(before + added + HELD_EDGE * setup.grid.dx, rel=1e-12)
 
 
 @pytest.mark.parametrize(("cells", "least"), [(0.5, 0.4), (1.5, 0.4), (2.0, 0.4 * 0.75**4), (6.0, 0.0)])
