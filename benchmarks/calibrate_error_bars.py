@@ -6,7 +6,7 @@
 
 The constants were chosen on the cases of `calibration_cases` and on those that `random_scenes` draws from the seeds 10
 to 12, 15 to 22, 25 to 41 and 45 to 50, the increments of the coarse runs on seeds 13 and 15 to 24, too, the formulas
-on seeds 1 to 4, 7 to 9, 17, 19, 22 and 27 to 49. The cases of the seeds asked for, 51 to 53 by default, are unseen.
+on seeds 1 to 4, 7 to 9, 17, 19, 22 and 27 to 49. The cases of the seeds asked for, 60 to 62 by default, are unseen.
 Prints Markdown, or puts it between the marks ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a
 file and writes all comparisons at the end of a stage to ``data/error_bars.csv`` beside it. Compared are the values that
 the load path does not impose and that are more than round-off, as run and corrected, at the ends of stages and, where
@@ -49,6 +49,9 @@ QUANTITIES = {
 }
 PER_LENGTH = {name for name in QUANTITIES if LINE_DIMENSIONS[name] != HISTORY_DIMENSIONS[name]}
 """Quantities that a line contact has per mm of its length."""
+
+FREE_IN_PLANE = ("delta_x", "delta_y", "delta_z")
+"""Displacements of a line contact, which have a free constant and are not compared."""
 
 UNCHANGED = 1e-6
 """A value that changes with its error by less than this much of it is not compared again."""
@@ -124,8 +127,10 @@ def compare(case: CalibrationCase, truths: Path | None) -> tuple[list[Row], Cost
     truth, nothing = dict(found), scales([summary for summary, _ in rows], setup)
     compared: list[Row] = []
     latest: dict[str, Row] = {}
+    left_out = FREE_IN_PLANE if setup.model.line else ()
     for step in sorted(truth):
-        for found_row in step_rows(case.name, step in setup.load_path.last_steps, rows[step], truth[step], nothing):
+        exact = {name: value for name, value in truth[step].items() if name not in left_out}
+        for found_row in step_rows(case.name, step in setup.load_path.last_steps, rows[step], exact, nothing):
             row = replace(found_row, in_plane=setup.model.line)
             if row.quantity not in latest or not same(latest[row.quantity], row):
                 compared.append(row)
@@ -177,8 +182,7 @@ def step_rows(
     for name, exact in truth.items():
         value, bar = float(getattr(summary, name)), float(getattr(errors, f"{name}_error"))
         imposed = name in QUANTITIES and abs(value - exact) < 1e-5 * abs(exact) and bar < 1e-5 * abs(exact)
-        unknown = math.isnan(value) or math.isinf(bar)
-        if unknown or imposed or max(abs(value), abs(exact)) <= nothing[name]:
+        if math.isinf(bar) or imposed or max(abs(value), abs(exact)) <= nothing[name]:
             continue
         yield Row(case, summary.stage, end, name, value, abs(value - exact), bar)
         if name in CORRECTED:
@@ -309,7 +313,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
     parser.add_argument("--processes", type=int, default=1, help="number of cases that run at a time")
-    parser.add_argument("--seed", type=int, nargs="+", default=[51, 52, 53], help="seeds of the unseen cases")
+    parser.add_argument("--seed", type=int, nargs="+", default=[60, 61, 62], help="seeds of the unseen cases")
     parser.add_argument("--count", type=int, default=70, help="number of the cases of a seed")
     parser.add_argument("--truths", type=Path, metavar="FOLDER", help="keeps true values, to go on after a stop")
     asked = parser.parse_args()

@@ -17,7 +17,7 @@ from fretsolve.export.tables import csv_heading
 from fretsolve.export.text_report import print_report
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES
-from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, stage_ends
+from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, stage_ends
 
 
 def show_result(out: Path, *, every_increment: bool, columns: str | None, as_json: bool, as_csv: bool) -> int:
@@ -52,9 +52,11 @@ def _missing(name: str, result: Result) -> str:
     """Return why a result has no such column, and which one would be right."""
     as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
     if as_run != name and as_run in ESTIMATED:
-        if f"{as_run}{ERROR_SUFFIX}" not in result.history:
+        known = name.endswith(ERROR_SUFFIX) or as_run in CORRECTED
+        if known and f"{as_run}{ERROR_SUFFIX}" not in result.history:
             return f"{name} is not there, since the case ran without error bars; run it with --error-bars"
-        return f"{name} is not there, since {as_run} is not corrected for the number of increments; use {as_run}"
+        right = f"{as_run}{ERROR_SUFFIX}" if name.endswith(ERROR_SUFFIX) else as_run
+        return f"{name} is not there, since {as_run} is not corrected for the number of increments; use {right}"
     usual = [one for one in result.history if not one.endswith((ERROR_SUFFIX, CORRECTED_SUFFIX))]
     return f"{name!r} is not a column of the history; {nearest(name, usual)}"
 

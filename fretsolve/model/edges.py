@@ -87,7 +87,8 @@ class Edge:
         if largest == 0.0 or self.radius == 0.0:
             return 0.0
         depth = self._depth(_singularity(largest, side), contact_modulus)
-        squares = _singularity(1.0, side) ** 2 * float(np.square(at_edge).sum()) * side
+        along = 1.0 if pressure.shape[1] == 1 else side  # energies of a line contact are per length
+        squares = _singularity(1.0, side) ** 2 * float(np.square(at_edge).sum()) * along
         return SLIPPING * friction**2 * squares * depth / contact_modulus if depth < SEEN * side else 0.0
 
     def hidden_stress(self, limit: DoubleArray, shear: DoubleArray, share: float, unlike: float) -> float:

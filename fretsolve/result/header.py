@@ -213,7 +213,7 @@ def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeade
         message = f"was begun by fretsolve {version}, this is {header.version}, whose numbers may differ"
         raise FileError(f"{message}: finish it with that version, or start anew with --overwrite", file)
     there, here = _identity(attributes), _identity(header.attributes("running"))
-    if there == here | {ERROR_BARS: "true"}:
+    if here.get(ERROR_BARS) != "true" and there == here | {ERROR_BARS: "true"}:
         raise FileError("holds a run with error bars; add --error-bars, or start anew with --overwrite", file)
     differences = [
         f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"

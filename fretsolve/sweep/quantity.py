@@ -12,7 +12,7 @@ from fretsolve.errors import CaseError
 from fretsolve.fatigue.names import WORST_NAMES
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
-from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX
+from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import PEAK_NAMES
 
@@ -84,9 +84,10 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
 def _right_name(name: str) -> str:
     """Return which name would be right instead of one that is not known."""
     as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
-    if as_run != name and as_run in NAMES:
-        if name.endswith(ERROR_SUFFIX):
-            return f"error bars stand beside their values; use {name.removesuffix(ERROR_SUFFIX)}"
+    if as_run != name and as_run in ESTIMATED and as_run in NAMES:
+        value = name.removesuffix(ERROR_SUFFIX)
+        if value != name and value in ALL_NAMES:
+            return f"error bars stand beside their values; use {value}"
         return f"{as_run} is not corrected for the number of increments; use {as_run}"
     return nearest(name, (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES)))
 

@@ -632,6 +632,23 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {6: {"stick_radius": 0.2390}},
     ),
+    "the moment that holds an ellipsoid whose shear turns": (
+        {
+            "bodies": [
+                {"young_modulus": 4500.0, "poisson_ratio": 0.28},
+                {"young_modulus": 17621.3, "poisson_ratio": 0.19},
+            ],
+            "surface": {"ellipsoid": {"radius_x": 33.501, "radius_y": 50.251}},
+            "friction": 0.163,
+            "grid": {"points": 24, "size": [8.6011, 11.0201]},
+            "load_path": [
+                {"P": 5211.0, "increments": 8},
+                {"Qx": 535.1, "increments": 5, "spacing": "graded"},
+                {"Qx": 694.4, "Qy": 319.8, "increments": 8},
+            ],
+        },
+        {3: {"Mz": -50.619}},
+    ),
     "a peak beside the flat part of a punch": (
         {
             "bodies": 2 * [{"young_modulus": 24300.0, "poisson_ratio": 0.13}],

@@ -182,3 +182,19 @@ def test_bars_hold_the_moments_and_tilts_of_a_contact_with_a_hole(
         bar = getattr(errors, f"{name}_error")
         assert abs(getattr(summary, name) - true) <= bar, name
         assert bar < {"My": 0.1 * LOAD * A, "phi_y": 0.1 * summary.delta_z / A}[name], name
+
+
+@pytest.mark.parametrize("points", [32, 40, 48])
+def test_bars_hold_what_slips_at_the_corners_of_a_map(tmp_path: Path, points: int) -> None:
+    """Of a flat triangle that settles on an unlike body, against 200 points. Bars were up to 10 times too small."""
+    x, y = np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 481)], indexing="ij")
+    np.save(tmp_path / "map.npy", np.where((y < -0.2) | (y > 0.3 - 2.0 * abs(x + 0.03)), np.nan, 0.0))
+    case = build(
+        bodies=[{"young_modulus": 200e3, "poisson_ratio": 0.3}, {"young_modulus": 70e3, "poisson_ratio": 0.2}],
+        surface={"heights": {"file": str(tmp_path / "map.npy"), "spacing": 1.0 / 480.0}},
+        friction=0.4,
+        grid={"points": points, "size": 0.8},
+        load_path=[{"P": 250.0, "Mx": 0.0, "My": 0.0, "increments": 2}, {"Qx": 40.0, "increments": 2}],
+    )
+    summary, errors = ends_of_stages(case)[2]
+    assert abs(summary.work_total - 1.29e-3) <= errors.work_total_error < 2e-3

@@ -4,7 +4,7 @@ zones and slip annuli that fit between the cells, and heights that are finer tha
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     MX,
     MY,
     MZ,
+    PHI_Y,
     PRESSURE,
     QX,
     QY,
@@ -61,13 +62,14 @@ middle of the grid, tilted or not, none had more than 0.115. And of Mx and My be
 a with Dundurs' constant beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres
 and on height maps."""
 
-HOLE_MOMENT, HOLE_TILT = 0.2, 0.3
+HOLE_MOMENT, HOLE_TILT = 0.2, 0.35
 """Least error of Mx and My over P h, and of Mz over Q h, with the extent h of a cell across the moment's axis, where
 the contact reaches a hole of a height map: all grids round it to their cells, which moves the middle of the contact.
 And of tilts over (h/a) delta_z/a. Straight edges beside the middle, on 24 to 48 cells, had up to 0.19 and 0.28."""
 
 TILT = 0.03
-"""Least error of tilts over (h/a)^2 delta_z/a. A tilt of delta_z/a takes a moment of about P a."""
+"""Least error of tilts over (h/a)^2 delta_z/a. A tilt of delta_z/a takes a moment of about P a. In line contact, where
+the approach is not known, it is the tilt of a cylinder under the least error of My, 4 My/(pi E* a^2)."""
 
 ALONG_X = np.full(len(ESTIMATED), 0.5)
 """Part of the cells' extent along x in the mean (h/a)^2 of each value, around the edge of a round contact. A moment or
@@ -168,7 +170,8 @@ class LeastErrors:
 
         That of the largest pressure is infinite where a sharp tip or edge is in contact.
         """
-        summary, holes = state.summary, _beside_holes(state) if self.maps else 0.0
+        summary, hole = state.summary, _edge_at_holes(state) if self.maps else None
+        holes = float(state.fields.pressure[hole.near].max()) / summary.max_pressure if hole is not None else 0.0
         whole = not self.sharp and (holes > 0.0 or self._hardly_shows_edges(state))
         outline = self._outline(summary, whole)
         # Where the contact has opened, the largest one counts: its errors are those that are left.
@@ -179,7 +182,8 @@ class LeastErrors:
         on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
         zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self.maps, self._unseen_slip)
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
-        least[[WORK, TOTAL]] = self._dissipated(state, math.hypot(DISSIPATED * cells[TOTAL], on_facets), shear_path)
+        relative = math.hypot(DISSIPATED * cells[TOTAL], on_facets)
+        least[[WORK, TOTAL]] = self._dissipated(state, relative, shear_path, self._with_holes(hole))
         self._add_moments_and_tilts(least, summary, largest, cells)
         if shear_path.turned:
             add_turned(least, largest, shear_path.turned)
@@ -205,9 +209,17 @@ class LeastErrors:
         mean: DoubleArray = ALONG_X * along_x + (1.0 - ALONG_X) * along_y
         return np.minimum(mean / radius**2, 1.0) if radius else np.ones_like(mean)
 
-    def _dissipated(self, state: State, relative: float, shear_path: ShearPath) -> DoubleArray:
-        """Return those of the energy dissipated in the last increment and in all, (2,); relative: by their own size."""
-        summary, unseen = state.summary, self._unseen_slip
+    def _with_holes(self, hole: Edge | None) -> UnseenSlip:
+        """Return slip that no cell shows, also at the sharp edge where the contact reaches holes of a height map."""
+        unseen = self._unseen_slip
+        return unseen if hole is None else replace(unseen, holes=True, edges=(*unseen.edges, hole))
+
+    def _dissipated(self, state: State, relative: float, shear_path: ShearPath, unseen: UnseenSlip) -> DoubleArray:
+        """Return those of the energy dissipated in the last increment and in all, (2,).
+
+        relative: by their own size; unseen: slip that no cell shows.
+        """
+        summary = state.summary
         walked = np.array([shear_path.last, shear_path.length])
         ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
         part = shear_path.last / shear_path.length if shear_path.length else 0.0
@@ -231,11 +243,21 @@ class LeastErrors:
         mismatch = abs(self.model.compliances.dundurs_constant) if self.model.coupled else 0.0
         opposite = MOMENT_LINE if self.model.line else MOMENT_ENDS if self.ends else MOMENT
         force = math.hypot(opposite * summary.P, MOMENT_SHEARED * mismatch * shear)
+        if self.model.line:
+            self._add_moment_of_line(least, summary, force * float(arm[MY]), 1.0)
+            return
         least[[MX, MY]] = np.hypot(least[[MX, MY]], force * arm[[MX, MY]])
         least[MZ] = math.hypot(least[MZ], opposite * shear * float(arm[MZ]))
         if summary.contact_radius:
             turn = TILT * float(largest[DELTA_Z]) / summary.contact_radius
             least[TILTS] = np.hypot(least[TILTS], turn * cells[TILTS])
+
+    def _add_moment_of_line(self, least: DoubleArray, summary: Summary, moment: float, factor: float) -> None:
+        """Add an error of My in line contact, and that of phi_y: the tilt of a cylinder under it, times a factor."""
+        least[MY] = math.hypot(least[MY], moment)
+        if summary.contact_radius:
+            stiffness = 0.25 * math.pi * self.model.compliances.contact_modulus * summary.contact_radius**2
+            least[PHI_Y] = math.hypot(least[PHI_Y], factor * moment / stiffness)
 
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
         """Add what the outline of a sharp body misses, or of one whose rounding cells hardly show.
@@ -249,11 +271,14 @@ class LeastErrors:
 
     def _add_holes(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what the edges of holes of height maps shift moments and tilts by, whose contact they reach."""
+        if self.model.line:
+            self._add_moment_of_line(least, summary, HOLE_MOMENT * summary.P * self.side, HOLE_TILT / HOLE_MOMENT)
+            return
         across, moments = np.array([self.cell[1], self.cell[0]]), [MX, MY]
         least[moments] = np.hypot(least[moments], HOLE_MOMENT * summary.P * across)
         shear = float(np.hypot(largest[QX], largest[QY]))
         least[MZ] = math.hypot(least[MZ], HOLE_MOMENT * self.side * shear)
-        turn = HOLE_TILT * float(np.nan_to_num(largest[DELTA_Z])) / summary.contact_radius**2
+        turn = HOLE_TILT * float(largest[DELTA_Z]) / summary.contact_radius**2
         least[TILTS] = np.hypot(least[TILTS], turn * across)
 
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
@@ -326,12 +351,12 @@ class LeastErrors:
         return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
 
 
-def _beside_holes(state: State) -> float:
-    """Return the largest pressure of cells beside holes of a height map, over that of all cells."""
+def _edge_at_holes(state: State) -> Edge | None:
+    """Return the cells beside holes of a height map as those of a sharp edge, None where none of them touches."""
     from scipy.ndimage import binary_dilation  # height maps alone need it
 
-    pressure, holes = state.fields.pressure, ~np.isfinite(state.fields.gap)
+    holes = ~np.isfinite(state.fields.gap)
     if not (holes.any() and state.summary.max_pressure):
-        return 0.0
-    beside = binary_dilation(holes, np.ones((3, 3)))
-    return float(np.max(pressure, where=beside, initial=0.0)) / state.summary.max_pressure
+        return None
+    edge = Edge(0.0, binary_dilation(holes, np.ones((3, 3))))
+    return edge if edge.touches(state.fields.pressure) else None

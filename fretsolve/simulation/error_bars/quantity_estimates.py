@@ -90,8 +90,8 @@ displacement."""
 TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
 """Places of the tilts."""
 
-PHI_Z = ESTIMATED.index("phi_z")
-"""Place of the turn about z."""
+PHI_Y, PHI_Z = map(ESTIMATED.index, ("phi_y", "phi_z"))
+"""Places of the turns about y and z."""
 
 TURNS = np.array([*TILTS, PHI_Z])
 """Places of all turns."""

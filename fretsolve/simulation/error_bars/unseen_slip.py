@@ -39,7 +39,10 @@ pressure pm: near its edge, a distance s from it, the pressure goes with pm (a/s
 
 @dataclass(frozen=True)
 class UnseenSlip:
-    """The slip of a problem that its cells do not show; its fields are those of `LeastErrors`."""
+    """The slip of a problem that its cells do not show; its fields are those of `LeastErrors`.
+
+    holes: whether the last of the edges is that of holes of a height map, where the body ends sharply.
+    """
 
     model: Model
     side: float
@@ -47,6 +50,7 @@ class UnseenSlip:
     ends: bool
     edges: tuple[Edge, ...]
     flat: bool = False
+    holes: bool = False
 
     def at_roundings(self, state: State, share: float) -> float:
         """Return what slip within roundings that the cells do not see dissipates (mJ), per length of the path.
@@ -62,7 +66,7 @@ class UnseenSlip:
 
     def at_sharp_edges(self, state: State, share: float) -> float:
         """Return what slip within the cells at sharp edges dissipates (mJ), per length of the path; share: as above."""
-        if not (self.ends and share and any(edge.radius == 0.0 for edge in self.edges)):
+        if not ((self.ends or self.holes) and share and any(edge.radius == 0.0 for edge in self.edges)):
             return 0.0
         modulus, mismatch = self.model.compliances.contact_modulus, abs(self.model.compliances.dundurs_constant)
         limit = self.model.friction * state.fields.pressure.astype(np.float64)

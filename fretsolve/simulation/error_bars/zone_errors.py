@@ -20,9 +20,10 @@ CONTACT_EDGE, MAP_EDGE = 0.0075, 0.01
 same."""
 
 UNLIKE_EDGE = 0.4
-"""The same of unlike bodies in line contact, over e = atan(beta mu)/pi with Dundurs' beta, by which slip changes the
-order of the pressure at the edge from 1/2. Both edges may lie alike in their cells. On 24 to 64 points, with beta of .1
-to .5 and friction of .05 to 1.5, errors were 0.25 to 0.41 times that where they are above CONTACT_EDGE."""
+"""Least error of the contact radius of unlike bodies in line contact, over e h. Slip changes the order of the pressure
+at the edge from 1/2 by e = atan(beta mu)/pi with Dundurs' beta. Both edges may lie alike in their cells. On 24 to 64
+points, with beta of .1 to .5 and friction of .05 to 1.5, errors were 0.25 to 0.41 times that where they are above
+CONTACT_EDGE."""
 
 FEW_CONTACT, FEW_CELLS, FEW_ORDER = 0.4, 1.5, 4
 """The same of contacts of few cells, over h, up to a radius of FEW_CELLS h; with the power FEW_ORDER of h/a less
@@ -66,8 +67,8 @@ part slip, and a little more load all. So the least error of the stick radius is
 stick where the shear is held or goes back."""
 
 HELD_EDGE = 0.2
-"""Least error over h of the stick radius that is left without such cells, which are counted as whole ones: it comes on
-top of what they add. Of seven random cases it was up to 0.17."""
+"""Least error over h of the stick radius without such cells. It is added to what they add, since they are counted as
+whole ones. Seven random cases had up to 0.17."""
 
 
 @dataclass(frozen=True)

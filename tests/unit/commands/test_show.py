@@ -69,7 +69,7 @@ def test_mistakes(out: Path) -> None:
     assert "exclude each other" in shown(out, "--json", "--csv", code=2)
 
 
-@pytest.mark.parametrize("column", ["delta_x_error", "delta_x_corrected", "stick_radius_corrected"])
+@pytest.mark.parametrize("column", ["delta_x_error", "delta_x_corrected", "stick_radius_error"])
 def test_columns_of_error_bars_need_a_run_with_them(out: Path, column: str) -> None:
     said = shown(out, "--columns", column, code=2)
     assert f"{column} is not there, since the case ran without error bars; run it with --error-bars" in said

@@ -91,6 +91,7 @@ def test_another_case_is_named_by_its_keys() -> None:
 
 def test_error_bars_have_to_be_asked_for_again() -> None:
     there = fake_header(error_bars=True).attributes("stopped")
+    require_same_run(Path("a.h5"), there, fake_header(error_bars=True))
     with pytest.raises(FileError, match="holds a run with error bars; add --error-bars, or start anew"):
         require_same_run(Path("a.h5"), there, fake_header(error_bars=False))
     with pytest.raises(FileError, match=r"solver\.error_bars is true there, false now; give another -o"):

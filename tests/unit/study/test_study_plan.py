@@ -148,6 +148,11 @@ def test_usual_quantities_are_moved_or_expected_and_not_imposed(tmp_path: Path) 
     [
         ("delta_q", "'delta_q' is not a quantity that can be compared; did you mean 'delta_z'?"),
         ("wall_time", "'wall_time' is not a quantity"),
+        (
+            "stick_radius_corrected_error",
+            "stick_radius is not corrected for the number of increments; use stick_radius",
+        ),
+        ("wear_volume_error", "did you mean 'wear_volume'?"),
         ("delta_x_error", "error bars stand beside their values; use delta_x"),
         ("stick_radius_corrected@1", "stick_radius is not corrected for the number of increments; use stick_radius"),
         ("work", "'work' is not a quantity that can be compared"),

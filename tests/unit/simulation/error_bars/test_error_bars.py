@@ -295,7 +295,7 @@ def test_run_stores_and_shows_them(tmp_path: Path) -> None:
     assert invoke("run", case, "--error-bars", "--resume").output == f"{out}: already complete, 5 increments\n"
     other = invoke("run", case, "--resume")
     assert other.exit_code == 4
-    assert "solver.error_bars is true there, false now" in other.output
+    assert "holds a run with error bars; add --error-bars" in other.output
 
 
 def test_infinite_pressures_have_no_bound(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fake_states import fake_states
-from line_cases import line_case
+from line_cases import MATERIAL, line_case
 from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.case.history import Summary
@@ -24,7 +24,7 @@ from fretsolve.simulation.error_bars.least_errors import (
     MOMENT_SHEARED,
     LeastErrors,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, QX, QY, TILTS, TOTAL
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, PHI_Y, QX, QY, TILTS, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
@@ -141,6 +141,9 @@ def test_moments_of_line_contacts_have_a_least_error_of_their_own() -> None:
         least, found = LeastErrors.of(set_up(line_case(surface=surface))), np.zeros(len(ESTIMATED))
         least._add_moments_and_tilts(found, ROUND, np.zeros(len(ESTIMATED)), np.full(len(ESTIMATED), 0.01))
         assert found[MY] == pytest.approx(0.01 * 0.3 * MOMENT_LINE * 400.0, rel=1e-12)
+        stiffness = 0.25 * math.pi * MATERIAL.contact_modulus * 0.3**2  # of a cylinder against tilting
+        assert found[PHI_Y] == pytest.approx(found[MY] / stiffness, rel=1e-12)
+        assert np.count_nonzero(found) == 2
 
 
 def test_holes_of_a_map_shift_moments_and_tilts_by_the_cells_across_their_axes() -> None:
