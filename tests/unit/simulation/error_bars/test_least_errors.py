@@ -23,6 +23,7 @@ from fretsolve.simulation.error_bars.least_errors import (
     MOMENT_LINE,
     MOMENT_SHEARED,
     LeastErrors,
+    _edge_at_holes,
 )
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, PHI_Y, QX, QY, TILTS, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
@@ -128,11 +129,12 @@ def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:
     least, state = least_errors(friction=0.3), next(fake_states(1))
     summary = replace(ROUND, work=1e-3, work_total=2e-3, stick_radius=0.3)
     state, path = replace(state, summary=summary), ShearPath(largest=0.01, way=(0.01, 0.0, 0.0), length=0.01)
-    _, shown = least._dissipated(state, 0.25, ShearPath())
-    _, unseen = least._dissipated(state, 0.0, path)
+    _, shown = least._dissipated(state, 0.25, ShearPath(), least._unseen_slip)
+    _, unseen = least._dissipated(state, 0.0, path, least._unseen_slip)
     assert shown == pytest.approx(0.25 * 2e-3, rel=1e-12)
     assert unseen > 0.0
-    assert least._dissipated(state, 0.25, path)[1] == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
+    _, both = least._dissipated(state, 0.25, path, least._unseen_slip)
+    assert both == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
 
 
 def test_moments_of_line_contacts_have_a_least_error_of_their_own() -> None:
@@ -154,6 +156,21 @@ def test_holes_of_a_map_shift_moments_and_tilts_by_the_cells_across_their_axes()
     assert found[MZ] == pytest.approx(HOLE_MOMENT * 50.0 * 0.05, rel=1e-12)
     assert found[TILTS] == pytest.approx(HOLE_TILT * 0.1 * np.array([0.05, 0.02]), rel=1e-12)
     assert np.count_nonzero(found) == 5
+
+
+def test_the_contact_beside_holes_of_a_map_ends_sharply() -> None:
+    """Its cells there are those of a sharp edge, for slip within them; none where the contact does not reach a hole."""
+    least, state = least_errors(bodies=SIMILAR, friction=0.3), next(fake_states(1))
+    pressure, gap = np.zeros_like(state.fields.gap), np.zeros_like(state.fields.gap)
+    gap[0], pressure[3] = np.nan, 5.0
+    apart = replace(state, fields=replace(state.fields, gap=gap, pressure=pressure))
+    assert _edge_at_holes(apart) is None
+    assert least._with_holes(None) == least._unseen_slip
+    pressure[1] = 2.0
+    edge = _edge_at_holes(replace(state, fields=replace(state.fields, gap=gap, pressure=pressure)))
+    assert edge is not None
+    assert edge.near[:2].all() and not edge.near[2:].any()
+    assert least._with_holes(edge) == replace(least._unseen_slip, holes=True, edges=(edge,))
 
 
 def test_energy_on_facets_of_a_map_is_less_certain_by_the_first_power_of_the_cells() -> None:
