@@ -31,7 +31,7 @@ from corrected_truth import corrected_run, knows_peak
 from in_processes import outcomes
 from kept import kept
 from marked import data_file, parser_of, report, write_csv
-from random_scenes import unseen_cases
+from random_scenes import scene_of, unseen_cases
 
 from fretsolve.case.history import HISTORY_DIMENSIONS, LINE_DIMENSIONS
 from fretsolve.errors import NoSolutionError
@@ -259,6 +259,7 @@ def report_lines(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost], unsol
     if unsolved:
         yield from ("", "Not compared, since a run has no solution:", "", *(f"- {line}" for line in unsolved))
     *_, unseen = ends.values()
+    yield from ("", "The unseen cases by scene, corrected values in brackets:", "", *by_scene(unseen))
     yield from ("", "The unseen cases by quantity:", "", *by_quantity(unseen))
     together = [row for part in ends.values() for row in part]
     yield from ("", "Values outside of their bars:", "", *outside(together))
@@ -282,6 +283,29 @@ SHARES: dict[str, Callable[[Sequence[Row]], str]] = {
     "largest true error over its bar": lambda rows: f"{max(1.0 / row.ratio for row in rows):.2g}",
     "median of bar over true error": lambda rows: f"{statistics.median(row.ratio for row in rows):.2g}",
 }
+
+
+OF_SCENES = (
+    "true error inside the bar",
+    "cases with every value inside its bar",
+    "largest true error over its bar",
+    "median of bar over true error",
+)
+"""Shares that the table by scene has, in its order."""
+
+
+def by_scene(rows: Sequence[Row]) -> Iterator[str]:
+    """Return a table with a row per kind of scene."""
+    yield "| scene | inside | cases with every value inside | largest error over bar | median of bar over error |"
+    yield "| --- | --- | --- | --- | --- |"
+    scenes = sorted({scene_of(row.case) for row in rows})
+    for scene in scenes:
+        of_scene = [row for row in rows if scene_of(row.case) == scene]
+        kinds = [[row for row in of_scene if row.corrected == kind] for kind in (False, True)]
+        if not all(kinds):
+            continue
+        columns = (SHARES[label] for label in OF_SCENES)
+        yield f"| {scene} | " + " | ".join(f"{value(kinds[0])} ({value(kinds[1])})" for value in columns) + " |"
 
 
 def by_quantity(rows: Sequence[Row]) -> Iterator[str]:

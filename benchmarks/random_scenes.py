@@ -56,6 +56,18 @@ def unseen_cases(seed: int, count: int, maps: Path = MAP_FOLDER) -> Iterator[Ran
             yield _on_area(random, kind, label, maps)
 
 
+def scene_of(name: str) -> str:
+    """Return the kind of scene that a case of this name is."""
+    _, _, words = name.partition(" ")
+    if words.startswith("line, "):
+        return "line contacts"
+    if words.startswith(tuple(f"{hole}, " for hole in HOLES)):
+        return "maps with holes"
+    if ", mean, R" in words:
+        return "cycles about a mean"
+    return "shear that is turned" if ", turned by " in words else "others"
+
+
 def _increments(random: Random) -> int:
     return random.choice((1, 2, 3, 4, 5, 8, 12))
 
