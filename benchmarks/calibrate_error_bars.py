@@ -6,8 +6,8 @@
 
 The constants were chosen on the cases of `calibration_cases` and on those that `random_scenes` draws from the seeds 10
 to 12, 15 to 22, 25 to 41 and 45 to 59, the increments of the coarse runs on seeds 13 and 15 to 24, too, the formulas
-on seeds 1 to 4, 7 to 9, 17, 19, 22 and 27 to 59. Of the seeds asked for by default, 60 to 62, nothing but the bars of
-tilts in line contact was chosen, after a first measurement.
+on seeds 1 to 4, 7 to 9, 17, 19, 22 and 27 to 59. Of the seeds asked for by default, 60 to 62, the bars of tilts in
+line contact and of energies of pressing were chosen, after a first measurement.
 Prints Markdown, or puts it between the marks ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a
 file and writes all comparisons at the end of a stage to ``data/error_bars.csv`` beside it. Compared are the values that
 the load path does not impose and that are more than round-off, as run and corrected, at the ends of stages and, where

@@ -175,3 +175,16 @@ def test_bars_hold_what_slips_within_a_rounding(edge_radius: float, first: float
     for stage, true in ((2, first), (3, second)):
         summary, errors = ends[stage]
         assert abs(summary.work_total - true) <= errors.work_total_error < 7.0 * true
+
+
+@pytest.mark.parametrize("points", [48, 64, 80])
+@pytest.mark.parametrize("increments", [2, 3, 5, 8])
+def test_bars_hold_what_few_increments_dissipate_that_press_unlike_bodies(increments: int, points: int) -> None:
+    """Against 256 points and 128 increments. Nearly all slips. After a stage of one increment, coarse runs compare all
+    increments with twice as many, and their middle cells may hide what changes; bars were up to 3.6 times too small."""
+    bodies = ["rigid", {"young_modulus": 12.4e3, "poisson_ratio": 0.26}]
+    surface, grid = {"cylinder": {"radius": 28.218}}, {"points": points, "size": 3.30403}
+    path = [{"P": 515.1, "increments": increments}, {"Qx": 26.98, "increments": 1}]
+    case = line_case(bodies=bodies, surface=surface, friction=0.054, grid=grid, load_path=path)
+    summary, errors = ends_of_stages(case)[1]
+    assert abs(summary.work_total - 0.04040) <= errors.work_total_error < 1.2 * 0.04040 / increments

@@ -22,7 +22,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_counts import sheared_stages
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.error_bars.few_increments import early_edge, pressed_radius
+from fretsolve.simulation.error_bars.few_increments import early_edge, pressed_energy, pressed_radius
 from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_LINKED,
     SHIFTED,
@@ -116,7 +116,7 @@ class ErrorBars:
         self._changes_before = np.zeros(len(ESTIMATED))
         self._pressing_stages = sheared_stages(setup).count(False)
         self._pressing_increments = sum(setup.load_path.counts[: self._pressing_stages])
-        self._askew, self._near_sliding = False, HiddenNearSliding()
+        self._askew, self._near_sliding, self._pressed_energy = False, HiddenNearSliding(), 0.0
         self._path = setup.load_path
         for summary in history:
             self._add(summary)
@@ -180,6 +180,8 @@ class ErrorBars:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
+        if summary.stage == 1:
+            self._pressed_energy = pressed_energy(self._setup.model, summary)
         middle = self._least_errors.unseen_middle(summary)
         edge = early_edge(self._setup.model, summary, self._pressing_increments)
         radius = max(
@@ -300,12 +302,17 @@ class ErrorBars:
         )
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
-        """Return the least errors by the increments that their change of the dissipated energy lets expect."""
+        """Return the least errors by the increments that their change of the dissipated energy lets expect.
+
+        That of this energy is what few increments that press dissipate too much, whatever change is seen.
+        """
         total = float(self._largest[TOTAL])
         scales = self._largest.copy()
         # Where few cells of the coarse grid stick, they may be the same ones with more increments.
         scales[STICK] = 0.0 if change[STICK] else scales[CONTACT]
-        return LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * scales
+        found: DoubleArray = LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * scales
+        found[TOTAL] = self._pressed_energy
+        return found
 
     def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""

@@ -16,6 +16,7 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.few_increments import (
     EARLY_EDGE,
+    PRESSED_ENERGY,
     PRESSED_FRICTION,
     PRESSED_RADIUS,
     SHEARED_EDGE,
@@ -23,6 +24,7 @@ from fretsolve.simulation.error_bars.few_increments import (
     TURNED_MOMENT,
     add_turned,
     early_edge,
+    pressed_energy,
     pressed_radius,
 )
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY
@@ -64,6 +66,14 @@ def test_the_contact_radius_of_unlike_bodies_in_line_contact_is_uncertain_after_
     assert pressed_radius(rough, SHEARED, 4) == pytest.approx(PRESSED_RADIUS * mismatch / 4.0, rel=1e-12)
     assert pressed_radius(line, SHEARED, 0) == pressed_radius(on_line(SIMILAR), PRESSED[1], 4) == 0.0
     assert pressed_radius(on_area(DISSIMILAR), PRESSED[1], 4) == 0.0
+
+
+def test_energy_that_few_increments_press_is_too_large() -> None:
+    for summary in (replace(one, work_total=2e-3) for one in PRESSED):
+        least = PRESSED_ENERGY * 2e-3 / (summary.step + 1) ** 1.5
+        assert pressed_energy(on_area(DISSIMILAR), summary) == pytest.approx(least, rel=1e-12)
+        assert pressed_energy(on_area(SIMILAR), summary) == 0.0
+    assert pressed_energy(on_area(DISSIMILAR), replace(SHEARED, work_total=2e-3)) == 0.0
 
 
 def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
