@@ -49,6 +49,9 @@ PATHS = (
     *("pressed", "shear", "shear", "reversal", "cycle", "oblique", "torsion", "displacement", "moment", "mixed"),
     *("partly unloaded", "moment and shear"),
 )
+POINTS = (24, 28, 32, 36, 40)
+"""Points per side, before the shapes of the area and of its cells change them."""
+
 LEAST_FINE_INCREMENTS = 32
 """Increments of a stage of the fine run, at least."""
 
@@ -108,8 +111,7 @@ def _draw(random: Random, label: str, maps: Path, *, wider: bool) -> RandomCase:
     kind = random.choice(WIDER_SURFACES if wider else SURFACES)
     surface, load = _surface(random, kind, maps / f"{label}.npy")
     bodies, alike = bodies_of(random)
-    friction = round(math.exp(random.uniform(math.log(0.02), math.log(1.5))), 3)
-    points = random.choice((24, 28, 32, 36, 40))
+    friction, points = friction_of(random), random.choice(POINTS)
     base = {"surface": surface, "bodies": bodies, "friction": friction, "grid": {"points": points}}
     setup = set_up(Case.model_validate({**base, "load_path": [{"P": load}]}))
     size = [round(random.uniform(1.0, 1.4) * side, 4) for side in setup.grid.size]
@@ -163,8 +165,8 @@ def without(stage: Mapping[str, Any], key: str) -> dict[str, Any]:
 
 def _surface(random: Random, kind: str, file: Path) -> tuple[Any, float]:
     """Return the surface and the normal load, N."""
-    radius = round(random.choice((2.0, 5.0, 10.0, 30.0)) * random.uniform(0.8, 1.25), 3)
-    load = round(4.0 * radius**2 * random.uniform(0.5, 2.0), 2)
+    radius = radius_of(random)
+    load = load_on(random, radius)
     sphere = {"sphere": {"radius": radius}}
     match kind:
         case "sphere":
@@ -209,10 +211,30 @@ def _surface(random: Random, kind: str, file: Path) -> tuple[Any, float]:
         length, turn = random.uniform(shortest, longest) * radius, random.uniform(0.0, math.pi)
         phase = random.uniform(0.0, 2.0 * math.pi)
         heights += np.sin(2.0 * math.pi * (x * math.cos(turn) + y * math.sin(turn)) / length + phase)
+    scale = random.uniform(2e-6, 1e-5)
+    return [sphere, saved_map(heights * scale * radius / math.sqrt(waves), 2.0 * side / (count - 1), file)], load
+
+
+def saved_map(heights: np.ndarray[Any, np.dtype[np.float64]], spacing: float, file: Path) -> dict[str, Any]:
+    """Write a height map into a file, and return the surface that names it."""
     file.parent.mkdir(exist_ok=True)
-    np.save(file, heights * random.uniform(2e-6, 1e-5) * radius / math.sqrt(waves))
-    spacing = 2.0 * side / (count - 1)
-    return [sphere, {"heights": {"file": str(file.resolve()), "spacing": spacing}}], load
+    np.save(file, heights)
+    return {"heights": {"file": str(file.resolve()), "spacing": spacing}}
+
+
+def radius_of(random: Random) -> float:
+    """Return a radius of curvature, mm."""
+    return round(random.choice((2.0, 5.0, 10.0, 30.0)) * random.uniform(0.8, 1.25), 3)
+
+
+def load_on(random: Random, radius: float) -> float:
+    """Return a normal load, N."""
+    return round(4.0 * radius**2 * random.uniform(0.5, 2.0), 2)
+
+
+def friction_of(random: Random) -> float:
+    """Return a coefficient of friction."""
+    return round(math.exp(random.uniform(math.log(0.02), math.log(1.5))), 3)
 
 
 def bodies_of(random: Random) -> tuple[list[Any], bool]:

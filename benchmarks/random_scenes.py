@@ -14,7 +14,19 @@ from random import Random
 from typing import Any
 
 import numpy as np
-from random_cases import MAP_FOLDER, RandomCase, bodies_of, points_along, random_cases, widened
+from random_cases import (
+    MAP_FOLDER,
+    POINTS,
+    RandomCase,
+    bodies_of,
+    friction_of,
+    load_on,
+    points_along,
+    radius_of,
+    random_cases,
+    saved_map,
+    widened,
+)
 
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
@@ -93,10 +105,10 @@ def _turned(random: Random, force: float) -> tuple[list[Any], str]:
 
 def _on_area(random: Random, kind: str, label: str, maps: Path) -> RandomCase:
     """Return a case of a contact on an area: a cycle about a mean, a turned shear, or a map with holes."""
-    radius = round(random.choice((2.0, 5.0, 10.0, 30.0)) * random.uniform(0.8, 1.25), 3)
-    load = round(4.0 * radius**2 * random.uniform(0.5, 2.0), 2)
+    radius = radius_of(random)
+    load = load_on(random, radius)
     bodies, alike = bodies_of(random)
-    friction, points = _friction(random), random.choice((24, 28, 32, 36, 40))
+    friction, points = friction_of(random), random.choice(POINTS)
     sphere: dict[str, Any] = {"sphere": {"radius": radius}}
     surface: Any = sphere
     share = random.choice(SHARES)
@@ -123,7 +135,7 @@ def _on_area(random: Random, kind: str, label: str, maps: Path) -> RandomCase:
 
 def _line(random: Random, label: str, maps: Path) -> RandomCase:
     """Return a case of a line contact."""
-    radius = round(random.choice((2.0, 5.0, 10.0, 30.0)) * random.uniform(0.8, 1.25), 3)
+    radius = radius_of(random)
     bodies, alike = bodies_of(random)
     modulus = _contact_modulus(bodies)
     kind = random.choice(LINE_SURFACES)
@@ -136,7 +148,7 @@ def _line(random: Random, label: str, maps: Path) -> RandomCase:
         load *= 0.3
     elif kind != "cylinder":
         surface = [surface, _line_map(random, kind, HertzLine(load, radius, modulus).half_width, maps / f"{label}.npy")]
-    friction, points = _friction(random), random.choice((24, 32, 48, 64, 96))
+    friction, points = friction_of(random), random.choice((24, 32, 48, 64, 96))
     stages, words = _line_path(random, float(f"{load:.4g}"), friction, half_width)
     base = {"plane": "strain", "surface": surface, "bodies": bodies, "friction": friction}
     pressed = {**base, "grid": {"points": points}, "load_path": [{"P": load}]}
@@ -193,10 +205,6 @@ def _contact_modulus(bodies: list[Any]) -> float:
     return compliances(*case.bodies).contact_modulus
 
 
-def _friction(random: Random) -> float:
-    return round(math.exp(random.uniform(math.log(0.02), math.log(1.5))), 3)
-
-
 def _holed_map(random: Random, which: str, contact: float, file: Path) -> dict[str, Any]:
     """Return a map without heights whose material ends, beside or within a contact of radius `contact` (mm)."""
     axis_values = np.linspace(-2.5 * contact, 2.5 * contact, 501)
@@ -210,7 +218,7 @@ def _holed_map(random: Random, which: str, contact: float, file: Path) -> dict[s
             gone = np.hypot(x - random.uniform(0.0, 0.8) * contact, y) < random.uniform(0.15, 0.4) * contact
         case _:
             gone = np.abs(x - random.uniform(0.0, 0.7) * contact) < random.uniform(0.1, 0.25) * contact
-    return _saved(np.where(gone, math.nan, 0.0), float(axis_values[1] - axis_values[0]), file)
+    return saved_map(np.where(gone, math.nan, 0.0), float(axis_values[1] - axis_values[0]), file)
 
 
 def _line_map(random: Random, kind: str, half_width: float, file: Path) -> dict[str, Any]:
@@ -223,10 +231,4 @@ def _line_map(random: Random, kind: str, half_width: float, file: Path) -> dict[
         heights = depth * np.sin(2.0 * math.pi * x / length + phase)
     else:
         heights[np.abs(x) > random.uniform(0.6, 1.3) * half_width] = math.nan
-    return _saved(heights, float(x[1] - x[0]), file)
-
-
-def _saved(heights: np.ndarray[Any, np.dtype[np.float64]], spacing: float, file: Path) -> dict[str, Any]:
-    file.parent.mkdir(exist_ok=True)
-    np.save(file, heights)
-    return {"heights": {"file": str(file.resolve()), "spacing": spacing}}
+    return saved_map(heights, float(x[1] - x[0]), file)

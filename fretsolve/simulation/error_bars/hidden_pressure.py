@@ -42,7 +42,7 @@ What coarse runs show comes on top."""
 
 @dataclass(frozen=True)
 class HiddenPressure:
-    """What the cells of a problem hide of the largest pressure.
+    """The part of the largest pressure that the cells of a problem hide.
 
     side: the longer side of a cell (mm); flattening: pressure (MPa) that would flatten what they do not see of height
     maps; ridges: pressure (MPa) of the ridges of maps beyond that of cells; maps: whether there are height maps; edges:

@@ -25,6 +25,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     MX,
     MY,
     MZ,
+    PHI_X,
     PHI_Y,
     PRESSURE,
     QX,
@@ -74,7 +75,7 @@ the approach is not known, it is the tilt of a cylinder under the least error of
 ALONG_X = np.full(len(ESTIMATED), 0.5)
 """Part of the cells' extent along x in the mean (h/a)^2 of each value, around the edge of a round contact. A moment or
 tilt about y has the lever x, which counts the edge's places by its square."""
-ALONG_X[[MX, ESTIMATED.index("phi_x")]], ALONG_X[[MY, ESTIMATED.index("phi_y")]] = 0.25, 0.75
+ALONG_X[[MX, PHI_X]], ALONG_X[[MY, PHI_Y]] = 0.25, 0.75
 
 SHARP_MOMENT = 3.0
 """Least relative error of moments and turns over that of the radius of a sharp outline: at a given turn a moment goes
@@ -146,7 +147,7 @@ class LeastErrors:
 
     @property
     def _hidden_pressure(self) -> HiddenPressure:
-        """By how much the largest pressure may exceed that of the cells."""
+        """The part of the largest pressure that cells hide."""
         return HiddenPressure(self.model, self.side, self.flattening, self.ridges, self.maps, self.edges)
 
     @classmethod

@@ -87,11 +87,11 @@ BY_AREA = np.array([LOAD, QX, QY, DELTA_X, DELTA_Y, DELTA_Z])
 """Places of the forces and displacements: on a larger area displacements take more force, and loads less
 displacement."""
 
-TILTS = np.array([ESTIMATED.index(name) for name in ("phi_x", "phi_y")])
-"""Places of the tilts."""
+PHI_X, PHI_Y, PHI_Z = map(ESTIMATED.index, ("phi_x", "phi_y", "phi_z"))
+"""Places of the turns about x, y and z."""
 
-PHI_Y, PHI_Z = map(ESTIMATED.index, ("phi_y", "phi_z"))
-"""Places of the turns about y and z."""
+TILTS = np.array([PHI_X, PHI_Y])
+"""Places of the tilts."""
 
 TURNS = np.array([*TILTS, PHI_Z])
 """Places of all turns."""
