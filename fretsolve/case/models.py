@@ -248,7 +248,8 @@ class Case(CaseModel):
         sides = self.grid.points[: 1 if self.plane else 2]
         if (self.solver.error_bars or implied) and min(sides) < FEWEST_ERROR_BAR_POINTS:
             few = " x ".join(map(str, sides))
-            message = f"{few} are too few for error bars; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
+            what = "the error bars that solver.accuracy takes" if implied else "error bars"
+            message = f"{few} are too few for {what}; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
             refused_at([(("grid", "points"), message)])
         return self
 

@@ -208,7 +208,8 @@ def compared_quantities(
             raise CaseError("it is known with wear alone; wear in the case is needed", (), f"--quantity {quantity}")
         if quantity.name in CORRECTED_NAMES:
             name = quantity.name.removesuffix(CORRECTED_SUFFIX)
-            raise CaseError(f"use --corrected with --quantity {name}", (), f"--quantity {quantity}")
+            message = f"corrected values are compared with --corrected; give it, and --quantity {name}"
+            raise CaseError(message, (), f"--quantity {quantity.name}")
         if known is not None and quantity not in known:
             same_name = [str(one) for one in in_order(known) if one.name == quantity.name]
             there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(known)))

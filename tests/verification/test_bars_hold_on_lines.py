@@ -42,6 +42,23 @@ def test_bars_hold_the_stick_zone_of_a_reversed_line_contact(turned: float, shar
         assert abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.5 * 2.3 * HERTZ.half_width / points
 
 
+@pytest.mark.parametrize("points", [24, 48, 57])
+@pytest.mark.parametrize("cells", [0.0, 0.15, 0.3, 0.7, 1.1])
+def test_bars_hold_the_stick_zone_of_a_line_contact_whose_load_and_shear_fall_together(
+    cells: float, points: int
+) -> None:
+    """The slip annulus from P1, Q to P2, 0 is so thin that all cells may stick.
+
+    Its stick zone is the contact under (P1 + P2)/2 - Q/(2 mu), by Jaeger's superposition; cells: width of the annulus.
+    """
+    peak, size = 1.5 * LOAD, 0.32
+    stick = HERTZ.half_width - cells * size / points
+    shear_force = FRICTION * (peak + LOAD - 2.0 * LOAD * (stick / HERTZ.half_width) ** 2)
+    path = [{"P": LOAD}, {"P": peak, "Qx": shear_force, "increments": 2}, {"P": LOAD, "Qx": 0.0, "increments": 2}]
+    summary, errors = ends_of_stages(line_case(grid={"points": points, "size": size}, load_path=path))[3]
+    assert abs(summary.stick_radius - stick) <= errors.stick_radius_error < max(1.5 * cells, 0.8) * size / points
+
+
 @pytest.mark.parametrize(
     ("share", "points", "across"),
     [

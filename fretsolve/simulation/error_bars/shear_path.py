@@ -48,8 +48,9 @@ class ShearPath:
     slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     turning, turned_before: ways across the direction of the shear, over TURNS_SEEN more than the increments of their
     stage: their sum in this stage, and the largest one of earlier stages.
-    edges: earlier edges of the stick zone; turned_at: where it last turned by more than a right angle. now: the summary
-    of the last increment; before: that of the largest P of those before it; None where there is none.
+    edges: earlier edges of the stick zone; turned_at: where it last turned by more than a right angle. carried: what
+    friction carries (N); turned_carried: what it carried at that turn. now: the summary of the last increment; before:
+    that of the largest P of those before it; None where there is none.
     """
 
     at: Shares = (0.0, 0.0, 0.0)
@@ -63,6 +64,8 @@ class ShearPath:
     turned_before: float = 0.0
     edges: StickEdges = StickEdges()
     turned_at: Shares | None = None
+    carried: float = 0.0
+    turned_carried: float = 0.0
     now: Summary | None = None
     before: Summary | None = None
 
@@ -78,8 +81,16 @@ class ShearPath:
 
     @property
     def since_turn(self) -> float:
-        """Half of the way since the last turn, which slips like a first load of that; `largest` before any turn."""
-        return self.largest if self.turned_at is None else 0.5 * math.dist(self.at, self.turned_at)
+        """The first load of constant P that would leave the stick zone of the way since the last turn.
+
+        That is `largest` before any turn, and half of the way where P is constant. From the load P1 to P2 it is half of
+        |Q2 - Q1|/(mu P2) + 1 - P1/P2, and nothing slips while |Q2 - Q1| < mu |P2 - P1| (Jaeger's superposition).
+        """
+        if self.turned_at is None:
+            return self.largest
+        loads = self.turned_carried / self.carried if self.carried else 1.0
+        way = math.dist(self.at, [loads * share for share in self.turned_at])
+        return 0.5 * (way + 1.0 - loads) if way > abs(1.0 - loads) else 0.0
 
     @property
     def turned(self) -> float:
@@ -125,6 +136,8 @@ class ShearPath:
             turned_before=self.turned if begins else self.turned_before,
             edges=StickEdges(min(self.edges.smallest, summary.stick_radius), turned),
             turned_at=self.at if turns else self.turned_at,
+            carried=carried,
+            turned_carried=self.carried if turns else self.turned_carried,
             now=summary,
             before=self._most_pressed,
         )

@@ -147,7 +147,7 @@ def test_without_points_and_accuracy(tmp_path: Path) -> None:
     told = refused(2, "validate", case, *plain, "--set", "grid.size=1 mm")
     assert "grid.points: missing; needed: cells per side, or [nx, ny], such as 128; or solver" in told
     told = refused(2, "validate", case, "--set", "grid.points=12")
-    assert "grid.points: 12 x 12 are too few for error bars" in told
+    assert "grid.points: 12 x 12 are too few for the error bars that solver.accuracy takes; 16 or" in told
 
 
 def test_a_share_may_be_written_in_many_ways(tmp_path: Path) -> None:

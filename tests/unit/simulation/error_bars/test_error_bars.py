@@ -391,7 +391,7 @@ def test_study_compares_corrected_values(tmp_path: Path) -> None:
     assert cheap < costly < 1.8 * cheap
     refusal = invoke("study", case, "--vary", "grid.points=16,20", "--quantity", "delta_x_corrected")
     assert refusal.exit_code == 2
-    assert "--quantity delta_x_corrected@2: use --corrected with --quantity delta_x" in refusal.stderr
+    assert "--quantity delta_x_corrected: corrected values are compared with --corrected; give it" in refusal.stderr
 
 
 def test_it_is_said_why_there_are_no_bars_and_no_corrected_values(tmp_path: Path) -> None:
