@@ -150,6 +150,20 @@ def rounding(surface: Surface) -> float | None:
     return surface.edge_radius if surface.kind == "punch" else None
 
 
+def flat_part(surface: Surface, *, line: bool) -> float:
+    """Return the radius (mm) of the flat part of a punch, that of a circle of its area if it is square, 0 of others.
+
+    line: in line contact it is the half-width. A punch's rounding begins within its size, in line contact beyond it.
+    """
+    if surface.kind != "punch":
+        return 0.0
+    if line:
+        return surface.half_width or 0.0
+    if surface.radius is not None:
+        return surface.radius - surface.edge_radius
+    return ((surface.half_width or 0.0) - surface.edge_radius) * 2.0 / math.sqrt(math.pi)
+
+
 def missed_area(surface: Surface, grid: Grid) -> float:
     """Return the part by which the cells within a body's outline miss its area, or a cylinder's its length.
 

@@ -60,6 +60,26 @@ def test_bars_hold_the_stick_zone_of_a_line_contact_whose_load_and_shear_fall_to
 
 
 @pytest.mark.parametrize(
+    ("edge_radius", "share", "points", "energy"), [(2.0, 0.3, 48, 2.17e-7), (9.0, 0.15, 33, 5.15e-8), (9.0, 0.05, 48, 0.0)]
+)
+def test_bars_hold_the_thin_slip_annulus_of_a_rounded_punch(
+    edge_radius: float, share: float, points: int, energy: float
+) -> None:
+    """Whose rounding is in contact over 2 to 6 cells, of which none may slip.
+
+    Its stick zone is the contact under (1 - f) P; energy: on 8 times the points in 12 increments (mJ/mm).
+    """
+    bodies, load = [{"young_modulus": 200e3, "poisson_ratio": 0.0}] * 2, 30.0
+    path = [{"P": load}, {"Qx": share * FRICTION * load, "increments": 3}]
+    punch = {"punch": {"half_width": 0.1, "edge_radius": edge_radius}}
+    case = line_case(bodies=bodies, surface=punch, grid={"points": points, "size": 0.32}, load_path=path)
+    summary, errors = ends_of_stages(case)[2]
+    stick = RoundedPunch((1.0 - share) * load, 0.1, edge_radius, modulus_of(bodies)).half_width
+    assert abs(summary.stick_radius - stick) <= errors.stick_radius_error < 0.32 / points
+    assert abs(summary.work_total - energy) <= errors.work_total_error < 2e-6
+
+
+@pytest.mark.parametrize(
     ("share", "points", "across"),
     [
         (0.05, 80, 2.33),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.case.history import Summary
-from fretsolve.model.edges import Edge, edges, missed_area, rounding
+from fretsolve.model.edges import Edge, edges, flat_part, missed_area, rounding
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
@@ -118,8 +118,8 @@ class LeastErrors:
     ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
     length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
     (MPa) of their ridges beyond that of cells; maps: whether there are height maps; edges: tips and edges, where
-    pressures are largest; flat: whether one is a punch; uniform: whether the friction limit is everywhere the model's
-    coefficient times the pressure.
+    pressures are largest; flat: radius (mm) of the flat part of a punch, 0 where none is; uniform: whether the friction
+    limit is everywhere the model's coefficient times the pressure.
     """
 
     model: Model
@@ -131,7 +131,7 @@ class LeastErrors:
     ridges: float
     maps: bool
     edges: tuple[Edge, ...]
-    flat: bool = False
+    flat: float = 0.0
     uniform: bool = True
 
     @property
@@ -161,7 +161,7 @@ class LeastErrors:
         missed = max((missed_area(surface, setup.grid) for surface in surfaces), default=0.0) if sharp else 0.0
         found = edges(surfaces, setup.grid)
         maps = any(surface.kind == "heights" for surface in surfaces)
-        flat = any(surface.kind == "punch" for surface in surfaces)
+        flat = max(flat_part(surface, line=setup.model.line) for surface in surfaces)
         uniform = not setup.case.friction_varies and setup.model.orthotropy is None
         shape = cell, sharp, bool(radii), missed
         return cls(setup.model, *shape, flattening, ridges, maps, found, flat, uniform)

@@ -49,7 +49,7 @@ class UnseenSlip:
     slender: float
     ends: bool
     edges: tuple[Edge, ...]
-    flat: bool = False
+    flat: float = 0.0
     holes: bool = False
 
     def at_roundings(self, state: State, share: float) -> float:
@@ -84,11 +84,17 @@ class UnseenSlip:
     def sheared_annulus(self, summary: Summary, share: float) -> float:
         """Return the width (mm) of a slip annulus that shear makes and that is too thin for the cells, 0 of others.
 
-        share: largest part of the friction limit so far. Bodies with ends slip otherwise.
+        share: largest part f of the friction limit so far. The stick zone is the contact under (1 - f) P. That of a
+        rounded punch goes beyond its flat part with the power 2/3 of the load, or less; other bodies with ends slip
+        otherwise.
         """
-        stick = (1.0 - min(share, 1.0)) ** (1.0 / 2.0 if self.model.line else 1.0 / 3.0)
-        width = (1.0 - stick) * summary.contact_radius
-        return 0.0 if self.ends or width >= ANNULUS_CELLS * self.side else width
+        rounding, order = summary.contact_radius, 1.0 / 2.0 if self.model.line else 1.0 / 3.0
+        if self.ends:
+            rounding, order = summary.contact_radius - self.flat, 2.0 / 3.0
+            if not self.flat or rounding < ANNULUS_CELLS * self.side:  # `at_roundings` knows of the latter
+                return 0.0
+        width = (1.0 - (1.0 - min(share, 1.0)) ** order) * rounding
+        return 0.0 if width >= ANNULUS_CELLS * self.side else width
 
     def energies_of_shear(self, summary: Summary, share: float, ways: DoubleArray) -> DoubleArray:
         """Return what cells miss at most (mJ) of slip in such an annulus, in the last increment and in all.

@@ -67,7 +67,7 @@ def test_a_flat_punch_dissipates_what_its_edge_lets_expect(friction: float, edge
         )
         *_, last = run(case)
         energies.append(last.summary.work_total)
-        bars.append(UnseenSlip(set_up(case).model, 1.0, 1.0, True, (), flat=True))
+        bars.append(UnseenSlip(set_up(case).model, 1.0, 1.0, True, (), flat=1.0))
     expected = bars[1]._energy_of_annulus(replace(last.summary, max_pressure=0.0))
     assert 0.7 * expected < energies[1] < expected
     assert abs(energies[0] - energies[1]) < expected
