@@ -225,3 +225,23 @@ def test_bars_hold_what_few_increments_dissipate_that_press_unlike_bodies(increm
     case = line_case(bodies=bodies, surface=surface, friction=0.054, grid=grid, load_path=path)
     summary, errors = ends_of_stages(case)[1]
     assert abs(summary.work_total - 0.04040) <= errors.work_total_error < 1.2 * 0.04040 / increments
+
+
+@pytest.mark.parametrize("points", [24, 28, 32, 36, 40, 48, 56, 64])
+@pytest.mark.parametrize(
+    ("height", "length", "radius"), [(4e-5, 0.06, 0.10289), (6e-5, 0.05, 0.0982), (1e-4, 0.08, 0.10679)]
+)
+def test_bars_hold_the_contact_of_a_wavy_cylinder(
+    tmp_path: Path, height: float, length: float, radius: float, points: int
+) -> None:
+    """Against 384 points. Its waves make one contact with low pressures within it, or three and more parts."""
+    x = (np.arange(1201) - 600) / 3000.0
+    np.save(tmp_path / "waves.npy", height * np.cos(2.0 * np.pi * (x - 0.01) / length))
+    waves = {"heights": {"file": str(tmp_path / "waves.npy"), "spacing": 1.0 / 3000.0}}
+    case = line_case(
+        surface=[{"cylinder": {"radius": 10.0}}, waves],
+        grid={"points": points, "size": 0.32},
+        load_path=[{"P": LOAD, "increments": 1}],
+    )
+    summary, errors = ends_of_stages(case)[1]
+    assert abs(summary.contact_radius - radius) <= errors.contact_radius_error < 1.2 * 0.32 / points
