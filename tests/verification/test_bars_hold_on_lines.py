@@ -60,7 +60,8 @@ def test_bars_hold_the_stick_zone_of_a_line_contact_whose_load_and_shear_fall_to
 
 
 @pytest.mark.parametrize(
-    ("edge_radius", "share", "points", "energy"), [(2.0, 0.3, 48, 2.17e-7), (9.0, 0.15, 33, 5.15e-8), (9.0, 0.05, 48, 0.0)]
+    ("edge_radius", "share", "points", "energy"),
+    [(2.0, 0.3, 48, 2.17e-7), (9.0, 0.15, 33, 5.15e-8), (9.0, 0.05, 48, 0.0)],
 )
 def test_bars_hold_the_thin_slip_annulus_of_a_rounded_punch(
     edge_radius: float, share: float, points: int, energy: float

@@ -16,11 +16,12 @@ from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.few_increments import add_turned
 from fretsolve.simulation.error_bars.hidden_pressure import HiddenPressure
+from fretsolve.simulation.error_bars.map_holes import Holes, holes_in_contact
+from fretsolve.simulation.error_bars.moments import add_moments_and_tilts
 from fretsolve.simulation.error_bars.quantity_estimates import (
     BY_AREA,
     CONTACT,
     CONTACT_EXTENTS,
-    DELTA_Z,
     FLOOR,
     MX,
     MY,
@@ -28,10 +29,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     PHI_X,
     PHI_Y,
     PRESSURE,
-    QX,
-    QY,
     STICK_EXTENTS,
-    TILTS,
     TOTAL,
     TURNS,
     WORK,
@@ -55,22 +53,6 @@ ROUNDED_EDGE_LINE = 0.6
 RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
 times the pressure at ridges, which may bound it, over that of the contact's last cell, ROUNDED_EDGE at most."""
-
-MOMENT, MOMENT_LINE, MOMENT_ENDS, MOMENT_SHEARED = 0.013, 0.1, 0.045, 1.2
-"""Least error of Mx and My over (h/a)^2 P a, and of Mz with the shear force Q: they sum up tractions of opposite
-effect. Those at ends are largest, and those of line contacts, whose two edges nothing averages: of 42 cylinders off the
-middle of the grid, tilted or not, none had more than 0.115. And of Mx and My between unlike bodies over (h/a)^2 beta Q
-a with Dundurs' constant beta, by which Q moves the pressure sideways: true errors over that are spread alike on spheres
-and on height maps."""
-
-HOLE_MOMENT, HOLE_TILT = 0.2, 0.35
-"""Least error of Mx and My over P h, and of Mz over Q h, with the extent h of a cell across the moment's axis, where
-the contact reaches a hole of a height map: all grids round it to their cells, which moves the middle of the contact.
-And of tilts over (h/a) delta_z/a. Straight edges beside the middle, on 24 to 48 cells, had up to 0.19 and 0.28."""
-
-TILT = 0.03
-"""Least error of tilts over (h/a)^2 delta_z/a. A tilt of delta_z/a takes a moment of about P a. In line contact, where
-the approach is not known, it is the tilt of a cylinder under the least error of My, 4 My/(pi E* a^2)."""
 
 ALONG_X = np.full(len(ESTIMATED), 0.5)
 """Part of the cells' extent along x in the mean (h/a)^2 of each value, around the edge of a round contact. A moment or
@@ -171,9 +153,8 @@ class LeastErrors:
 
         That of the largest pressure is infinite where a sharp tip or edge is in contact.
         """
-        summary, hole = state.summary, _edge_at_holes(state) if self.maps else None
-        holes = float(state.fields.pressure[hole.near].max()) / summary.max_pressure if hole is not None else 0.0
-        whole = not self.sharp and (holes > 0.0 or self._hardly_shows_edges(state))
+        summary, holes = state.summary, holes_in_contact(state) if self.maps else None
+        whole = not self.sharp and (holes is not None or self._hardly_shows_edges(state))
         outline = self._outline(summary, whole)
         # Where the contact has opened, the largest one counts: its errors are those that are left.
         radius = summary.contact_radius or float(largest[CONTACT])
@@ -184,18 +165,18 @@ class LeastErrors:
         zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self.maps, self._unseen_slip)
         zones.put_into(least, state, math.hypot(outline, 0.5 * self.missed * radius), ratio, shear_path)
         relative = math.hypot(DISSIPATED * cells[TOTAL], on_facets)
-        least[[WORK, TOTAL]] = self._dissipated(state, relative, shear_path, self._with_holes(hole))
-        self._add_moments_and_tilts(least, summary, largest, cells)
+        least[[WORK, TOTAL]] = self._dissipated(state, relative, shear_path, self._with_holes(holes))
+        add_moments_and_tilts(least, self.model, summary, largest, cells, ends=self.ends)
         if shear_path.turned:
             add_turned(least, largest, shear_path.turned)
         if radius and (self.sharp or whole):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
-        if holes:
-            self._add_holes(least, summary, largest)
+        if holes is not None:
+            holes.add_to(least, self.model, summary, largest, self.cell)
         if summary.max_pressure:
             self._add_heights(least, summary, largest)
-            least[PRESSURE] += self._hidden_pressure.of(state, holes)
+            least[PRESSURE] += self._hidden_pressure.of(state, holes.pressure if holes else 0.0)
         return least
 
     def _cells_over_contact(self, summary: Summary, radius: float) -> DoubleArray:
@@ -210,10 +191,10 @@ class LeastErrors:
         mean: DoubleArray = ALONG_X * along_x + (1.0 - ALONG_X) * along_y
         return np.minimum(mean / radius**2, 1.0) if radius else np.ones_like(mean)
 
-    def _with_holes(self, hole: Edge | None) -> UnseenSlip:
+    def _with_holes(self, holes: Holes | None) -> UnseenSlip:
         """Return slip that no cell shows, also at the sharp edge where the contact reaches holes of a height map."""
         unseen = self._unseen_slip
-        return unseen if hole is None else replace(unseen, holes=True, edges=(*unseen.edges, hole))
+        return unseen if holes is None else replace(unseen, holes=True, edges=(*unseen.edges, holes.edge))
 
     def _dissipated(self, state: State, relative: float, shear_path: ShearPath, unseen: UnseenSlip) -> DoubleArray:
         """Return those of the energy dissipated in the last increment and in all, (2,).
@@ -236,30 +217,6 @@ class LeastErrors:
         )
         return found
 
-    def _add_moments_and_tilts(
-        self, least: DoubleArray, summary: Summary, largest: DoubleArray, cells: DoubleArray
-    ) -> None:
-        """Add what sums of tractions of opposite effect miss, and tilts by them; cells: (h/a)^2 of each value."""
-        arm, shear = cells * summary.contact_radius, float(np.hypot(largest[QX], largest[QY]))
-        mismatch = abs(self.model.compliances.dundurs_constant) if self.model.coupled else 0.0
-        opposite = MOMENT_LINE if self.model.line else MOMENT_ENDS if self.ends else MOMENT
-        force = math.hypot(opposite * summary.P, MOMENT_SHEARED * mismatch * shear)
-        if self.model.line:
-            self._add_moment_of_line(least, summary, force * float(arm[MY]), 1.0)
-            return
-        least[[MX, MY]] = np.hypot(least[[MX, MY]], force * arm[[MX, MY]])
-        least[MZ] = math.hypot(least[MZ], opposite * shear * float(arm[MZ]))
-        if summary.contact_radius:
-            turn = TILT * float(largest[DELTA_Z]) / summary.contact_radius
-            least[TILTS] = np.hypot(least[TILTS], turn * cells[TILTS])
-
-    def _add_moment_of_line(self, least: DoubleArray, summary: Summary, moment: float, factor: float) -> None:
-        """Add an error of My in line contact, and that of phi_y: the tilt of a cylinder under it, times a factor."""
-        least[MY] = math.hypot(least[MY], moment)
-        if summary.contact_radius:
-            stiffness = 0.25 * math.pi * self.model.compliances.contact_modulus * summary.contact_radius**2
-            least[PHI_Y] = math.hypot(least[PHI_Y], factor * moment / stiffness)
-
     def _add_sharp_outline(self, least: DoubleArray, largest: DoubleArray, outline: float) -> None:
         """Add what the outline of a sharp body misses, or of one whose rounding cells hardly show.
 
@@ -269,18 +226,6 @@ class LeastErrors:
         least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
         least[BY_AREA] = np.hypot(least[BY_AREA], deep * largest[BY_AREA])
         least[TURNS] = np.hypot(least[TURNS], SHARP_MOMENT * deep * largest[TURNS])
-
-    def _add_holes(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
-        """Add what the edges of holes of height maps shift moments and tilts by, whose contact they reach."""
-        if self.model.line:
-            self._add_moment_of_line(least, summary, HOLE_MOMENT * summary.P * self.side, HOLE_TILT / HOLE_MOMENT)
-            return
-        across, moments = np.array([self.cell[1], self.cell[0]]), [MX, MY]
-        least[moments] = np.hypot(least[moments], HOLE_MOMENT * summary.P * across)
-        shear = float(np.hypot(largest[QX], largest[QY]))
-        least[MZ] = math.hypot(least[MZ], HOLE_MOMENT * self.side * shear)
-        turn = HOLE_TILT * float(largest[DELTA_Z]) / summary.contact_radius**2
-        least[TILTS] = np.hypot(least[TILTS], turn * across)
 
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what heights miss that are finer than the cells, but for the largest pressure."""
@@ -350,14 +295,3 @@ class LeastErrors:
         if not (self.edges and self.model.coupled and self.model.friction) or radius <= self.side:
             return 0.0
         return min(mismatch * math.log(2.0 * radius / self.side) / (math.pi * self.model.friction), 1.0)
-
-
-def _edge_at_holes(state: State) -> Edge | None:
-    """Return the cells beside holes of a height map as those of a sharp edge, None where none of them touches."""
-    from scipy.ndimage import binary_dilation  # height maps alone need it
-
-    holes = ~np.isfinite(state.fields.gap)
-    if not (holes.any() and state.summary.max_pressure):
-        return None
-    edge = Edge(0.0, binary_dilation(holes, np.ones((3, 3))))
-    return edge if edge.touches(state.fields.pressure) else None

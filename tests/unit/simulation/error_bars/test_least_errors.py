@@ -9,23 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from fake_states import fake_states
-from line_cases import MATERIAL, line_case
-from solving import DISSIMILAR, SIMILAR, build
+from line_cases import line_case
+from solving import build
 
 from fretsolve.case.history import Summary
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.least_errors import (
-    DISSIPATED_FACETS,
-    HOLE_MOMENT,
-    HOLE_TILT,
-    MOMENT,
-    MOMENT_LINE,
-    MOMENT_SHEARED,
-    LeastErrors,
-    _edge_at_holes,
-)
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, MX, MY, MZ, PHI_Y, QX, QY, TILTS, TOTAL
+from fretsolve.simulation.error_bars.least_errors import DISSIPATED_FACETS, LeastErrors
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
@@ -83,29 +74,6 @@ def test_a_line_contact_counts_its_cells_across() -> None:
     assert least._cells_over_contact(summary, 0.3) == pytest.approx(np.full(len(ESTIMATED), (least.side / 0.3) ** 2))
 
 
-@pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR])
-def test_shear_adds_to_the_moments_of_unlike_bodies_alone(bodies: Any) -> None:
-    least = least_errors(bodies=bodies, friction=0.3)
-    largest = np.zeros(len(ESTIMATED))
-    largest[QX] = 100.0
-    found = np.zeros(len(ESTIMATED))
-    least._add_moments_and_tilts(found, ROUND, largest, np.full(len(ESTIMATED), 0.01))
-    mismatch = abs(least.model.compliances.dundurs_constant)
-    assert (mismatch > 0.0) is (bodies is DISSIMILAR)
-    expected = 0.01 * 0.3 * np.hypot(MOMENT * 400.0, MOMENT_SHEARED * mismatch * 100.0)
-    assert found[[MX, MY]].tolist() == pytest.approx([expected, expected], rel=1e-12)
-    assert found[MZ] == pytest.approx(0.01 * 0.3 * MOMENT * 100.0, rel=1e-12)
-
-
-def test_shear_adds_nothing_to_moments_where_pressure_does_not_depend_on_it() -> None:
-    least = least_errors(bodies=DISSIMILAR, friction=0.3, coupling="tangential")
-    largest, found = np.zeros(len(ESTIMATED)), np.zeros(len(ESTIMATED))
-    largest[QX] = 100.0
-    least._add_moments_and_tilts(found, ROUND, largest, np.full(len(ESTIMATED), 0.01))
-    assert least.model.compliances.dundurs_constant != 0.0
-    assert found[MY] == pytest.approx(0.01 * 0.3 * MOMENT * 400.0, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("width", "area", "line"),
     [
@@ -135,42 +103,6 @@ def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:
     assert unseen > 0.0
     _, both = least._dissipated(state, 0.25, path, least._unseen_slip)
     assert both == pytest.approx(math.hypot(shown, unseen), rel=1e-12)
-
-
-def test_moments_of_line_contacts_have_a_least_error_of_their_own() -> None:
-    """Also where a body ends, as nothing averages the two edges."""
-    for surface in ({"cylinder": {"radius": 10.0}}, {"punch": {"half_width": 0.1, "edge_radius": 10.0}}):
-        least, found = LeastErrors.of(set_up(line_case(surface=surface))), np.zeros(len(ESTIMATED))
-        least._add_moments_and_tilts(found, ROUND, np.zeros(len(ESTIMATED)), np.full(len(ESTIMATED), 0.01))
-        assert found[MY] == pytest.approx(0.01 * 0.3 * MOMENT_LINE * 400.0, rel=1e-12)
-        stiffness = 0.25 * math.pi * MATERIAL.contact_modulus * 0.3**2  # of a cylinder against tilting
-        assert found[PHI_Y] == pytest.approx(found[MY] / stiffness, rel=1e-12)
-        assert np.count_nonzero(found) == 2
-
-
-def test_holes_of_a_map_shift_moments_and_tilts_by_the_cells_across_their_axes() -> None:
-    least, found, largest = least_errors((0.02, 0.05)), np.zeros(len(ESTIMATED)), np.zeros(len(ESTIMATED))
-    largest[[QX, QY, DELTA_Z]] = 30.0, 40.0, 0.009
-    least._add_holes(found, ROUND, largest)
-    assert found[[MX, MY]] == pytest.approx([HOLE_MOMENT * 400.0 * 0.05, HOLE_MOMENT * 400.0 * 0.02], rel=1e-12)
-    assert found[MZ] == pytest.approx(HOLE_MOMENT * 50.0 * 0.05, rel=1e-12)
-    assert found[TILTS] == pytest.approx(HOLE_TILT * 0.1 * np.array([0.05, 0.02]), rel=1e-12)
-    assert np.count_nonzero(found) == 5
-
-
-def test_the_contact_beside_holes_of_a_map_ends_sharply() -> None:
-    """Its cells there are those of a sharp edge, for slip within them; none where the contact does not reach a hole."""
-    least, state = least_errors(bodies=SIMILAR, friction=0.3), next(fake_states(1))
-    pressure, gap = np.zeros_like(state.fields.gap), np.zeros_like(state.fields.gap)
-    gap[0], pressure[3] = np.nan, 5.0
-    apart = replace(state, fields=replace(state.fields, gap=gap, pressure=pressure))
-    assert _edge_at_holes(apart) is None
-    assert least._with_holes(None) == least._unseen_slip
-    pressure[1] = 2.0
-    edge = _edge_at_holes(replace(state, fields=replace(state.fields, gap=gap, pressure=pressure)))
-    assert edge is not None
-    assert edge.near[:2].all() and not edge.near[2:].any()
-    assert least._with_holes(edge) == replace(least._unseen_slip, holes=True, edges=(edge,))
 
 
 def test_energy_on_facets_of_a_map_is_less_certain_by_the_first_power_of_the_cells() -> None:
