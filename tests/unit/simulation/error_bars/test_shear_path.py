@@ -100,3 +100,11 @@ def test_ways_across_the_shear_count_by_the_increments_of_their_stage():
     assert (on.turning, on.turned) == pytest.approx((0.0, turned.turned), abs=1e-12)
     twice = turned.after(summary(Qx=42.0, Qy=2.0, stage=2), 40.0, 0.0, 0.0, 2)
     assert twice.turned == pytest.approx((0.5 + math.hypot(12.0, -18.0) / 40.0) / (2 + TURNS_SEEN))
+
+
+def test_the_way_since_a_turn_that_changes_the_load():
+    """Of P from 150 to 100 N, Q from 18 N to 0, with a friction of 0.3: as a first load to the share 1 - 95/100."""
+    loaded = ShearPath().after(summary(), 30.0, 0.0, 0.0).after(summary(Qx=18.0), 45.0, 0.0, 0.0)
+    assert loaded.after(summary(), 30.0, 0.0, 0.0).since_turn == pytest.approx(0.05)
+    assert loaded.after(summary(), 45.0, 0.0, 0.0).since_turn == pytest.approx(0.2)  # P is held: half of the way
+    assert loaded.after(summary(Qx=4.0), 30.0, 0.0, 0.0).since_turn == 0.0  # less than friction takes of a falling P

@@ -24,7 +24,9 @@ from fretsolve.simulation.error_bars.zone_errors import (
     CONTACT_EDGE,
     EARLIER_EDGE,
     HELD_EDGE,
+    OPENED_STICK,
     UNLIKE_EDGE,
+    ZoneErrors,
 )
 from fretsolve.simulation.simulation import run
 
@@ -187,3 +189,17 @@ def test_the_contact_radius_of_unlike_bodies_in_line_contact_is_less_certain_the
         assert few < 1e-2 * radii[0] ** 2
         assert radii[1] == pytest.approx(math.hypot(radii[0], UNLIKE_EDGE * order * setup.grid.dx), rel=1e-2)
         assert radii[1] > (3.0 if friction == 1.0 else 1.05) * radii[0]
+
+
+@pytest.mark.parametrize(
+    ("bodies", "friction", "opened"), [(DISSIMILAR, 0.02, OPENED_STICK), (DISSIMILAR, 0.3, 0.0), (SIMILAR, 0.02, 0.0)]
+)
+def test_a_stick_zone_that_shear_opens_between_unlike_bodies(bodies: Any, friction: float, opened: float) -> None:
+    """Under P alone it would fill less than a cell of a line contact with little friction."""
+    path = [{"P": LOAD, "increments": 2}, {"Qx": 0.7 * friction * LOAD, "increments": 4}]
+    setup = set_up(line_case(bodies=bodies, friction=friction, load_path=path, grid={"points": 32}))
+    *_, state = run(setup)
+    least = LeastErrors.of(setup)
+    zones = ZoneErrors(setup.model, setup.grid.dx, False, True, False, least._unseen_slip)
+    assert zones._opened(state.summary) == opened * setup.grid.dx
+    assert least.values(state, np.ones(len(ESTIMATED)), MOVES_ON)[STICK] > opened * setup.grid.dx
