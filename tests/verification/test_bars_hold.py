@@ -835,3 +835,20 @@ def test_bars_hold_the_stick_zone_of_the_first_increments_between_unlike_bodies(
     true = next(state.summary for state in run(set_up(fine)) if state.summary.step == 7)
     assert abs(first.summary.stick_radius - true.stick_radius) <= first.errors.stick_radius_error
     assert first.errors.stick_radius_error < 0.5 * true.stick_radius
+
+
+@pytest.mark.parametrize(
+    ("ratio", "friction", "radius", "approach"), [(0.3, 0.5, 0.33342, 0.011378), (0.0, 1.0, 0.3310, 0.011841)]
+)
+@pytest.mark.parametrize("increments", [1, 2, 4])
+def test_bars_hold_the_radius_of_a_rigid_sphere_that_few_increments_press(
+    increments: int, ratio: float, friction: float, radius: float, approach: float
+) -> None:
+    """With much friction, where half of two increments presses as these do; against 96 points and 48 increments."""
+    bodies = ["rigid", {"young_modulus": 70e3, "poisson_ratio": ratio}]
+    path = [{"P": 400.0, "increments": increments}]
+    case = build(bodies=bodies, friction=friction, grid={"points": 24}, load_path=path)
+    summary, errors = ends_of_stages(case)[1]
+    assert abs(summary.contact_radius - radius) <= errors.contact_radius_error < 0.2 * radius / increments
+    assert abs(summary.delta_z - approach) <= errors.delta_z_error < 0.08 * approach
+    assert abs(errors.delta_z_corrected - approach) <= errors.delta_z_corrected_error

@@ -19,6 +19,7 @@ from fretsolve.simulation.error_bars.few_increments import (
     PRESSED_ENERGY,
     PRESSED_FRICTION,
     PRESSED_RADIUS,
+    PRESSED_RADIUS_LINE,
     SHEARED_EDGE,
     TURNED,
     TURNED_MOMENT,
@@ -56,18 +57,22 @@ def test_in_line_contact_it_is_less_certain_and_stays_so_in_later_stages() -> No
     assert early_edge(on_line(SIMILAR), SHEARED, 4) == early_edge(on_area(DISSIMILAR), SHEARED, 4) == 0.0
 
 
-def test_the_contact_radius_of_unlike_bodies_in_line_contact_is_uncertain_after_few_increments_that_press() -> None:
-    line = on_line(DISSIMILAR)
-    mismatch = abs(line.compliances.dundurs_constant)
-    part = line.friction / (PRESSED_FRICTION * mismatch)
+@pytest.mark.parametrize(
+    ("on", "least", "power"), [(on_area, PRESSED_RADIUS, 1.0), (on_line, PRESSED_RADIUS_LINE, 2.0)]
+)
+def test_the_contact_radius_of_unlike_bodies_is_uncertain_after_few_increments_that_press(
+    on: Any, least: float, power: float
+) -> None:
+    model = on(DISSIMILAR)
+    mismatch = abs(model.compliances.dundurs_constant)
+    part = model.friction / (PRESSED_FRICTION * mismatch)
     assert 0.3 < part < 1.0
-    least = PRESSED_RADIUS * mismatch * part**2
-    assert pressed_radius(line, PRESSED[1], 4) == pytest.approx(least / 2.0, rel=1e-12)
-    assert pressed_radius(line, SHEARED, 4) == pytest.approx(least / 4.0, rel=1e-12)
-    rough = replace(line, friction=1.0)
-    assert pressed_radius(rough, SHEARED, 4) == pytest.approx(PRESSED_RADIUS * mismatch / 4.0, rel=1e-12)
-    assert pressed_radius(line, SHEARED, 0) == pressed_radius(on_line(SIMILAR), PRESSED[1], 4) == 0.0
-    assert pressed_radius(on_area(DISSIMILAR), PRESSED[1], 4) == 0.0
+    smooth = least * mismatch * part**power
+    assert pressed_radius(model, PRESSED[1], 4) == pytest.approx(smooth / 2.0, rel=1e-12)
+    assert pressed_radius(model, SHEARED, 4) == pytest.approx(smooth / 4.0, rel=1e-12)
+    rough = replace(model, friction=1.0)
+    assert pressed_radius(rough, SHEARED, 4) == pytest.approx(least * mismatch / 4.0, rel=1e-12)
+    assert pressed_radius(model, SHEARED, 0) == pressed_radius(on(SIMILAR), PRESSED[1], 4) == 0.0
 
 
 def test_energy_that_few_increments_press_is_too_large() -> None:
