@@ -59,6 +59,56 @@ def test_bars_hold_the_stick_zone_of_a_line_contact_whose_load_and_shear_fall_to
     assert abs(summary.stick_radius - stick) <= errors.stick_radius_error < max(1.5 * cells, 0.8) * size / points
 
 
+@pytest.mark.parametrize("points", [48, 128])
+@pytest.mark.parametrize(
+    ("increments", "stepped"), [(1, 0.04812), (2, 0.04812), (3, 0.06516), (5, 0.06805), (12, 0.06516)]
+)
+def test_bars_hold_what_increments_that_press_and_shear_leave(increments: int, stepped: float, points: int) -> None:
+    """P and Q grow in proportion, without slip; then Q grows on.
+
+    stepped: the stick radius at the end (mm) by Jaeger's superposition if each increment shears all that it presses.
+    """
+    path = [{"P": LOAD, "Qx": 5.0, "increments": increments}, {"Qx": 8.0, "increments": 3}]
+    ends = ends_of_stages(line_case(friction=0.1, grid={"points": points}, load_path=path))
+    summary, errors = ends[1]
+    assert abs(summary.stick_radius - HERTZ.half_width) <= errors.stick_radius_error
+    assert summary.work_total <= errors.work_total_error
+    assert abs(errors.work_total_corrected) <= errors.work_total_corrected_error
+    summary, errors = ends[2]
+    exact = HERTZ.half_width * math.sqrt(1.0 - 3.0 / 5.0)  # the shear beyond proportion over the rest of friction
+    assert abs(summary.stick_radius - stepped) < (0.01 if points == 128 else 0.05) * stepped
+    assert abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.7 * exact
+
+
+@pytest.mark.parametrize("increments", [1, 2, 3])
+def test_bars_hold_what_increments_that_press_and_pull_leave(increments: int) -> None:
+    """All sticks, as the specimen is pulled while it is pressed."""
+    path = [{"P": LOAD, "bulk_2": {"xx": 100.0}, "increments": increments}]
+    summary, errors = ends_of_stages(line_case(friction=0.5, grid={"points": 64}, load_path=path))[1]
+    assert abs(summary.stick_radius - HERTZ.half_width) <= errors.stick_radius_error < 0.6 * HERTZ.half_width
+    assert summary.work_total <= errors.work_total_error
+
+
+@pytest.mark.parametrize(
+    ("path", "slipping"),
+    [
+        ([(1.3, 0.0), (1.3, 0.13), (0.9, 0.04)], 0.04 / 0.9),  # falls, and slips on
+        ([(0.67, 0.0), (0.67, 0.08), (1.0, 0.08), (1.0, 0.0)], 0.08),  # raised with Q held, then back
+        ([(1.0, 0.0), (1.0, 0.1), (1.0, 0.02), (0.0, 0.0), (1.0, 0.0), (1.0, 0.08)], 0.08),  # opened in between
+    ],
+)
+@pytest.mark.parametrize("points", [45, 64])
+def test_bars_hold_thin_annuli_after_loads_and_shears_in_turn(
+    path: list[tuple[float, float]], slipping: float, points: int
+) -> None:
+    """Loads over that of the base, shears over its friction limit."""
+    stages = [{"P": load * LOAD, "Qx": shear * FRICTION * LOAD, "increments": 2} for load, shear in path]
+    grid = {"points": points, "size": 2.4 * HERTZ.half_width * max(math.sqrt(load) for load, _ in path)}
+    summary, errors = ends_of_stages(line_case(grid=grid, load_path=stages))[len(path)]
+    exact = HERTZ.half_width * math.sqrt(path[-1][0] * (1.0 - slipping))
+    assert abs(summary.stick_radius - exact) <= errors.stick_radius_error < 0.1 * HERTZ.half_width
+
+
 @pytest.mark.parametrize(
     ("edge_radius", "share", "points", "energy"),
     [(2.0, 0.3, 48, 2.17e-7), (9.0, 0.15, 33, 5.15e-8), (9.0, 0.05, 48, 0.0)],
@@ -246,3 +296,12 @@ def test_bars_hold_the_contact_of_a_wavy_cylinder(
     )
     summary, errors = ends_of_stages(case)[1]
     assert abs(summary.contact_radius - radius) <= errors.contact_radius_error < 1.2 * 0.32 / points
+
+
+def test_a_smooth_profile_is_known_as_well_as_a_cylinder(tmp_path: Path) -> None:
+    x = (np.arange(1201) - 600) / 3000.0
+    np.save(tmp_path / "profile.npy", x**2 / 20.0)
+    profile = {"heights": {"file": str(tmp_path / "profile.npy"), "spacing": 1.0 / 3000.0}}
+    case = line_case(surface=profile, grid={"points": 33, "size": 0.32}, load_path=[{"P": LOAD, "increments": 1}])
+    summary, errors = ends_of_stages(case)[1]
+    assert abs(summary.contact_radius - HERTZ.half_width) <= errors.contact_radius_error < 0.02 * 0.32 / 33

@@ -15,8 +15,8 @@ MANY = 4
 Of less, all and twice as many do. Twice as many would halve the errors of the second order that are left, but take
 three times as long. All and half of 4 to 7 increments took 0.82 of the run's time in the median of 80 random cases,
 half and a quarter 0.58, with corrected values as good: errors of 1.8e-3 instead of 2.0e-3 of `delta_x`, 2.9 instead of
-2.6 % of the energy. A half and a quarter of 3 would take 0.61 instead of 0.72 of it, but of 828 cases some that turn the
-shear in three increments then missed by 2.5 to 3.6 bars."""
+2.6 % of the energy. A half and a quarter of 3 would take 0.61 instead of 0.72 of it, but of 828 cases some that turn
+the shear in three increments then missed by 2.5 to 3.6 bars."""
 
 
 @dataclass(frozen=True)

@@ -189,9 +189,11 @@ class ErrorBars:
             pressed_radius(self._setup.model, summary, self._pressing_increments),
         )
         self._missed = self._missed.after(middle, edge, radius)
-        if count == 1 and summary.contact_radius:
-            before = self._summaries[-2] if len(self._summaries) > 1 else None
-            self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1])
+        before = self._summaries[-2] if len(self._summaries) > 1 else None
+        pulled = self._mismatch(summary, before) * self._setup.model.compliances.contact_modulus * summary.contact_radius
+        # Increments that press and shear are followed by `ShearPath`, a single one shows nothing of its order besides.
+        if (count == 1 or pulled) and summary.contact_radius:
+            self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1], pulled)
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
@@ -314,6 +316,17 @@ class ErrorBars:
         found[TOTAL] = self._pressed_energy
         return found
 
+    def _mismatch(self, summary: Summary, before: Summary | None = None) -> float:
+        """Return the largest strain by which bulk stress stretches one body more than the other, less that before."""
+        bulk = self._setup.model.bulk
+        if bulk is None:
+            return 0.0
+        one, other = (
+            bulk.mismatch({name: getattr(row, name) for name in (*BULK[1], *BULK[2])}) if row is not None else 0.0
+            for row in (summary, before)
+        )
+        return float(np.abs(one - other).max())
+
     def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
         half, limit = 0.5 * max(self._setup.grid.size), self._carried(summary)
@@ -321,10 +334,7 @@ class ErrorBars:
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         if self._setup.model.line:  # whose displacements have a free constant
             normal = tangential = self._setup.model.compliances.A * summary.P
-        if self._setup.model.bulk is not None:
-            stresses = {name: getattr(summary, name) for name in (*BULK[1], *BULK[2])}
-            mismatch = float(np.abs(self._setup.model.bulk.mismatch(stresses)).max())
-            tangential = max(tangential, mismatch * summary.contact_radius)
+        tangential = max(tangential, self._mismatch(summary) * summary.contact_radius)
         scales = {name: abs(getattr(summary, name)) for name in ESTIMATED}
         scales |= dict.fromkeys(EXTENTS, summary.contact_radius)
         scales |= {"P": summary.P, "Mx": half * summary.P, "My": half * summary.P}

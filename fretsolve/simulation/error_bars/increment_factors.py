@@ -14,9 +14,8 @@ import numpy as np
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE
-from fretsolve.simulation.error_bars.least_errors import UNSHEARED
 from fretsolve.simulation.error_bars.quantity_estimates import LINKED, MX, MY, SAFETY, STICK, TOTAL, WORK
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, UNSHEARED, ShearPath
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 CORRECTED_SAFETY = 1.0

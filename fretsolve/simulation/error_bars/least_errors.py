@@ -34,7 +34,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     TURNS,
     WORK,
 )
-from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
 from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.zone_errors import SHARP_EDGE, ZoneErrors
 from fretsolve.system.arrays import DoubleArray
@@ -83,9 +83,6 @@ STRETCH, UNTILTED = 0.15, 1e-3
 """Least error of the displacements of unlike bodies that are tilted and stick within a cell, over beta p h/E*; and the
 tilt times the contact radius over the approach from which on they count as tilted."""
 
-UNSHEARED = 1e-3
-"""Part of the friction limit below which a load is one of pressing alone."""
-
 PRESSED_STEPS, PRESSED_CELLS = 6.0, 3.0
 """Least relative error, at most 1, of what pressing unlike bodies dissipates in an annulus thinner than PRESSED_CELLS
 cells, over one over the number of increments: coarse runs see next to no annulus, and not what more increments change.
@@ -100,8 +97,8 @@ class LeastErrors:
     ends: whether one ends at all; missed: part by which the cells in the outline of a sharp body miss its area, or its
     length; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure
     (MPa) of their ridges beyond that of cells; maps: whether there are height maps; edges: tips and edges, where
-    pressures are largest; flat: radius (mm) of the flat part of a punch, 0 where none is; uniform: whether the friction
-    limit is everywhere the model's coefficient times the pressure.
+    pressures are largest; flat: radius (mm) of the flat part of a punch, None without one; uniform: whether the
+    friction limit is everywhere the model's coefficient times the pressure.
     """
 
     model: Model
@@ -113,7 +110,7 @@ class LeastErrors:
     ridges: float
     maps: bool
     edges: tuple[Edge, ...]
-    flat: float = 0.0
+    flat: float | None = None
     uniform: bool = True
 
     @property
@@ -143,7 +140,8 @@ class LeastErrors:
         missed = max((missed_area(surface, setup.grid) for surface in surfaces), default=0.0) if sharp else 0.0
         found = edges(surfaces, setup.grid)
         maps = any(surface.kind == "heights" for surface in surfaces)
-        flat = max(flat_part(surface, line=setup.model.line) for surface in surfaces)
+        flats = [flat_part(surface, line=setup.model.line) for surface in surfaces if surface.kind == "punch"]
+        flat = min(flats, default=None)
         uniform = not setup.case.friction_varies and setup.model.orthotropy is None
         shape = cell, sharp, bool(radii), missed
         return cls(setup.model, *shape, flattening, ridges, maps, found, flat, uniform)

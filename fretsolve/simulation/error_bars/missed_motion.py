@@ -1,6 +1,6 @@
 """Least errors of tangential motion that no coarse run shows, and that the increments after it carry on.
 
-Where one increment presses and shears a contact, cells that come into contact late take part in the whole shear. They
+Where one increment presses and shears a contact, or presses it and pulls a body, cells that come into contact late take part in the whole shear. They
 may slip although cells that are pressed and sheared little by little would stick. Coarse grids have no such cells where
 the contact grows by less than a cell.
 
@@ -21,7 +21,6 @@ from fretsolve.case.history import TANGENTIAL
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.simulation.error_bars.coarse_runs import values_of
-from fretsolve.simulation.error_bars.least_errors import UNSHEARED
 from fretsolve.simulation.error_bars.quantity_estimates import (
     CONTACT,
     DELTA_X,
@@ -35,6 +34,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     TOTAL,
     WORK,
 )
+from fretsolve.simulation.error_bars.shear_path import UNSHEARED
 from fretsolve.system.arrays import DoubleArray
 
 LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
@@ -76,13 +76,15 @@ class MissedMotion:
         """
         return replace(self, edge=max(edge, self.later_edge), middle=max(self.middle, middle), radius=radius)
 
-    def after_late_contact(self, before: Summary | None, now: Summary, friction: float) -> MissedMotion:
-        """Add those of an increment that is alone in its stage, if it presses and shears; before: None for the first.
+    def after_late_contact(
+        self, before: Summary | None, now: Summary, friction: float, pulled: float = 0.0
+    ) -> MissedMotion:
+        """Add those of an increment, if it presses and shears; before: None for the first.
 
-        Where nothing touched before, all contact is late.
+        pulled: force (N) by which a change of bulk stress shears. Where nothing touched before, all contact is late.
         """
         change = values_of(now) - (0.0 if before is None else values_of(before))
-        added, sheared = float(change[CONTACT]), math.hypot(*change[[QX, QY]], change[MZ] / now.contact_radius)
+        added, sheared = float(change[CONTACT]), math.hypot(*change[[QX, QY]], change[MZ] / now.contact_radius, pulled)
         if not (added > 0.0 and sheared > UNSHEARED * friction * now.P):
             return self
         grown = added / now.contact_radius

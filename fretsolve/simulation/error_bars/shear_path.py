@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from fretsolve.case.history import Summary
+from fretsolve.simulation.error_bars.shear_memory import NO_SHEAR, ShearMemory
 
 Shares = tuple[float, float, float]
 
@@ -17,6 +18,9 @@ AT_LARGEST = 0.999
 
 TURNS_SEEN = 2
 """Number of increments by which a stage that turns the shear converges later than with the first order."""
+
+UNSHEARED = 1e-3
+"""Part of the friction limit below which a load is one of pressing alone."""
 
 HELD = 1e-4
 """Part of the friction limit by which an increment moves the shear at most that holds it."""
@@ -48,9 +52,9 @@ class ShearPath:
     slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
     turning, turned_before: ways across the direction of the shear, over TURNS_SEEN more than the increments of their
     stage: their sum in this stage, and the largest one of earlier stages.
-    edges: earlier edges of the stick zone; turned_at: where it last turned by more than a right angle. carried: what
-    friction carries (N); turned_carried: what it carried at that turn. now: the summary of the last increment; before:
-    that of the largest P of those before it; None where there is none.
+    edges: earlier edges of the stick zone; memory, at_once: how far the shear slips as it changes with the load, and as
+    the run's increments take it. now: the summary of the last increment; before: that of the largest P of those before
+    it; None where there is none.
     """
 
     at: Shares = (0.0, 0.0, 0.0)
@@ -63,9 +67,8 @@ class ShearPath:
     turning: float = 0.0
     turned_before: float = 0.0
     edges: StickEdges = StickEdges()
-    turned_at: Shares | None = None
-    carried: float = 0.0
-    turned_carried: float = 0.0
+    memory: ShearMemory = NO_SHEAR
+    at_once: ShearMemory = NO_SHEAR
     now: Summary | None = None
     before: Summary | None = None
 
@@ -78,19 +81,6 @@ class ShearPath:
     def left(self) -> float:
         """The part of the friction limit that is left, LEAST_LEFT at least."""
         return _left(self.at)
-
-    @property
-    def since_turn(self) -> float:
-        """The first load of constant P that would leave the stick zone of the way since the last turn.
-
-        That is `largest` before any turn, and half of the way where P is constant. From the load P1 to P2 it is half of
-        |Q2 - Q1|/(mu P2) + 1 - P1/P2, and nothing slips while |Q2 - Q1| < mu |P2 - P1| (Jaeger's superposition).
-        """
-        if self.turned_at is None:
-            return self.largest
-        loads = self.turned_carried / self.carried if self.carried else 1.0
-        way = math.dist(self.at, [loads * share for share in self.turned_at])
-        return 0.5 * (way + 1.0 - loads) if way > abs(1.0 - loads) else 0.0
 
     @property
     def turned(self) -> float:
@@ -115,15 +105,21 @@ class ShearPath:
         increments of its stage.
         """
         if carried <= 0.0:
-            return replace(self, way=(0.0, 0.0, 0.0), last_at_edge=0.0, now=summary, before=self._most_pressed)
+            before = self._most_pressed
+            still = replace(self, way=(0.0, 0.0, 0.0), last_at_edge=0.0, now=summary, before=before)
+            return replace(still, memory=NO_SHEAR, at_once=NO_SHEAR)
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
-        at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (carried * arm) if arm else 0.0
+        force = summary.Qx, summary.Qy, summary.Mz / arm if arm else 0.0
+        at = force[0] / carried, force[1] / carried, force[2] / carried
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         last = math.hypot(*way)
         begins = self.now is None or self.now.stage != summary.stage
         turns = _product(way, self.way) < 0.0
         turned = self.now.stick_radius if turns and self.now else self.edges.turned
+        memory = self.memory.after(summary.P, force, carried / summary.P)
+        at_once = self.at_once.after_at_once(summary.P, force, carried / summary.P)
+        at_edge += _part_of_energy(memory.slipping, at_once.slipping) * summary.work
         return ShearPath(
             at=at,
             largest=max(self.largest, min(math.hypot(*at) + pressed, 1.0)),
@@ -135,9 +131,8 @@ class ShearPath:
             turning=(0.0 if begins else self.turning) + _across(way, self.at) / (count + TURNS_SEEN),
             turned_before=self.turned if begins else self.turned_before,
             edges=StickEdges(min(self.edges.smallest, summary.stick_radius), turned),
-            turned_at=self.at if turns else self.turned_at,
-            carried=carried,
-            turned_carried=self.carried if turns else self.turned_carried,
+            memory=memory,
+            at_once=at_once,
             now=summary,
             before=self._most_pressed,
         )
@@ -148,6 +143,15 @@ class ShearPath:
         if self.before is None or (self.now is not None and self.now.P >= self.before.P):
             return self.now
         return self.before
+
+
+def _part_of_energy(slipping: float, at_once: float) -> float:
+    """Return the part of what an increment dissipates that it would not if the shear changed with the load.
+
+    The energy goes with the third power of what slips.
+    """
+    largest = max(slipping, at_once)
+    return 1.0 - (min(slipping, at_once) / largest) ** 3 if largest > 0.0 else 0.0
 
 
 def _across(way: Shares, at: Shares) -> float:

@@ -49,7 +49,7 @@ class UnseenSlip:
     slender: float
     ends: bool
     edges: tuple[Edge, ...]
-    flat: float = 0.0
+    flat: float | None = None
     holes: bool = False
 
     def at_roundings(self, state: State, share: float) -> float:
@@ -84,22 +84,29 @@ class UnseenSlip:
     def sheared_annulus(self, summary: Summary, share: float) -> float:
         """Return the width (mm) of a slip annulus that shear makes and that is too thin for the cells, 0 of others.
 
-        share: largest part f of the friction limit so far. The stick zone is the contact under (1 - f) P. That of a
-        rounded punch goes beyond its flat part with the power 2/3 of the load, or less; other bodies with ends slip
-        otherwise.
+        share: part f of the load by which that on the stick zone is smaller. That of a rounded punch goes beyond its
+        flat part with the power 2/3 of the load where this is long, and up to that of round bodies where it is short.
+        Other bodies with ends slip otherwise.
         """
-        rounding, order = summary.contact_radius, 1.0 / 2.0 if self.model.line else 1.0 / 3.0
-        if self.ends:
-            rounding, order = summary.contact_radius - self.flat, 2.0 / 3.0
-            if not self.flat or rounding < ANNULUS_CELLS * self.side:  # `at_roundings` knows of the latter
+        least = widest = (1.0 - self.stick_share(share)) * summary.contact_radius
+        if self.ends and not (self.flat is not None and self.flat >= summary.contact_radius):
+            if self.flat is None:
                 return 0.0
-        width = (1.0 - (1.0 - min(share, 1.0)) ** order) * rounding
-        return 0.0 if width >= ANNULUS_CELLS * self.side else width
+            rounding = summary.contact_radius - self.flat
+            if rounding < ANNULUS_CELLS * self.side:  # `at_roundings` knows of it
+                return 0.0
+            least = (1.0 - self.stick_share(share)) * rounding
+            widest = (1.0 - (1.0 - min(share, 1.0)) ** (2.0 / 3.0)) * rounding if self.flat else least
+        return 0.0 if least >= ANNULUS_CELLS * self.side else widest
+
+    def stick_share(self, share: float) -> float:
+        """Return the radius of the stick zone over that of the contact; share: as above."""
+        return float((1.0 - min(share, 1.0)) ** (1.0 / 2.0 if self.model.line else 1.0 / 3.0))
 
     def energies_of_shear(self, summary: Summary, share: float, ways: DoubleArray) -> DoubleArray:
         """Return what cells miss at most (mJ) of slip in such an annulus, in the last increment and in all.
 
-        ways: lengths of the path in the last increment and of all.
+        ways: lengths of the path in the last increment and of all. Rounded punches dissipate less.
 
         A shear to the small part f of the friction limit mu P dissipates mu^2 P^2 S f^3/144a of a round contact with
         the tangential compliance S (Johnson, section 7.4), and mu^2 P^2 f^3/6 pi E* of a line contact, per length. A
@@ -130,7 +137,7 @@ class UnseenSlip:
         mismatch = self.model.friction * abs(pair.dundurs_constant) * (width / radius) ** 2.5
         size = radius**2 if self.model.line else radius**3
         energy: float = ANNULUS_WORK * mismatch * summary.max_pressure**2 * size / pair.contact_modulus
-        if not self.flat:
+        if self.flat is None:
             return energy
         slip = self.model.friction * abs(pair.dundurs_constant) * width / (ANNULUS * radius)
         mean = summary.P / (2.0 * radius if self.model.line else math.pi * radius**2)

@@ -12,13 +12,14 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State, Zone
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
-from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
 from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
 
 CONTACT_EDGE, MAP_EDGE, MAP_EDGE_LINE = 0.0075, 0.01, 0.06
 """Least error of the contact radius over h, and on height maps; that of a stick zone which fills the contact is the
-same. In line contact on maps nothing averages the two edges; waves as long as 4 to 16 cells had up to 0.053."""
+same. In line contact nothing averages the two edges, which waves shift: such as long as 4 to 16 cells had up to 0.053.
+"""
 
 UNLIKE_EDGE = 0.4
 """Least error of the contact radius of unlike bodies in line contact, over e h. Slip changes the order of the pressure
@@ -56,7 +57,8 @@ UNSEEN_STICK = 1.2
 
 OPENED_STICK = 0.5
 """Least error of the stick radius over h in line contacts of unlike bodies whose pressing lets no cell stick. A shear
-opens a stick zone, beside the middle: of 11 random ones three had 0.45 to 0.62, and five less than 0.1."""
+opens a stick zone, beside the middle: of 11 random ones three had 0.45 to 0.62, and five less than 0.1. What the grids
+show comes on top."""
 
 NEAR_GROSS_SLIP = 0.3
 """Part of the friction limit left, below which the least error of the stick radius grows as it shrinks, where a body
@@ -96,11 +98,13 @@ class ZoneErrors:
 
         outline: that of the outline of the contact (mm); ratio: side over contact radius.
         """
-        outline = math.hypot(outline, self._narrow_parts(state))
+        outline = math.hypot(outline, self._waves(state))
         end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
         least[CONTACT] = self._contact_radius(state.summary, outline)
-        stick = self._stick_radius(state.summary, outline, ratio, shear_path)
+        stick = self._stick_radius(state.summary, outline, ratio, shear_path) + self._by_steps(
+            state.summary, shear_path
+        )
         held, held_rows = self._held_at_limit(state) if shear_path.moves_on else (0.0, 0.0)
         least[STICK] = stick + held + HELD_EDGE * self.side if held else stick
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end, held_rows), least[STICK])
@@ -109,24 +113,25 @@ class ZoneErrors:
         """Return the least error (mm) of the contact radius, and of a stick radius that is as large."""
         small = FEW_CELLS * self.side
         few = small / max(summary.contact_radius, small) if summary.contact_radius else 0.0
-        smallest = CONTACT_EDGE
-        if self.maps:
-            smallest = MAP_EDGE_LINE if self.model.line else MAP_EDGE
+        smallest = MAP_EDGE if self.maps else CONTACT_EDGE
         edge = math.hypot(smallest * _slenderness(summary), FEW_CONTACT * few**FEW_ORDER, self._unlike_edge)
         return math.hypot(edge * self.side, outline)
 
-    def _narrow_parts(self, state: State) -> float:
-        """Return the least error (mm) of the outline of a line contact in several parts, which peaks of a map make.
+    def _waves(self, state: State) -> float:
+        """Return the least error (mm) of the outline of a line contact whose pressure has several peaks, 0 of others.
 
-        Each part has that of a contact of few cells.
+        Each part of it has that of a contact of few cells, too, if it has several.
         """
         if not (self.model.line and self.maps):
             return 0.0
-        ends = np.flatnonzero(np.diff(state.fields.pressure[:, 0] > 0.0, prepend=False, append=False))
-        if len(ends) <= 2:
+        pressure = state.fields.pressure[:, 0]
+        rises = np.diff(pressure, prepend=0.0, append=0.0) > 0.0
+        if np.count_nonzero(rises[:-1] & ~rises[1:]) <= 1:
             return 0.0
-        few = 2.0 * FEW_CELLS / np.maximum(np.diff(ends)[::2], 2.0 * FEW_CELLS)
-        return float(np.linalg.norm(FEW_CONTACT * few**FEW_ORDER)) * self.side
+        ends = np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False))
+        parts = np.diff(ends)[::2] if len(ends) > 2 else np.array([])
+        few = 2.0 * FEW_CELLS / np.maximum(parts, 2.0 * FEW_CELLS)
+        return math.hypot(MAP_EDGE_LINE, float(np.linalg.norm(FEW_CONTACT * few**FEW_ORDER))) * self.side
 
     @property
     def _unlike_edge(self) -> float:
@@ -140,7 +145,7 @@ class ZoneErrors:
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             # one less than a cell wide that is as long as the contact is in this proportion
             return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
-        thin = self.unseen.sheared_annulus(summary, shear_path.since_turn)
+        thin = self.unseen.sheared_annulus(summary, shear_path.memory.slipping)
         unseen = max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
         width = self.unseen.annulus(summary)
         if 0 < summary.stick_cells < summary.contact_cells or width:
@@ -150,9 +155,21 @@ class ZoneErrors:
                 part *= max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
             few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
-            earlier = self._earlier_edge(summary, shear_path) if like else self._opened(summary)
+            earlier = self._earlier_edge(summary, shear_path) if like else self._opened(summary, shear_path)
             return math.hypot(outline, part, few, earlier, self._thin_annulus(summary), unseen) + width
         return math.hypot(self._contact_radius(summary, outline), unseen)
+
+    def _by_steps(self, summary: Summary, shear_path: ShearPath) -> float:
+        """Return by how much the stick radius (mm) of the run's increments differs from that of a steady change.
+
+        Where load and shear change together, each increment of the run shears the whole contact that it has pressed.
+        """
+        if self.ends:
+            return 0.0
+        steady, stepped = (
+            self.unseen.stick_share(memory.slipping) for memory in (shear_path.memory, shear_path.at_once)
+        )
+        return abs(steady - stepped) * summary.contact_radius
 
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
         """Return the least error (mm) of a stick radius by earlier edges of the stick zone."""
@@ -161,9 +178,9 @@ class ZoneErrors:
         beside = shear_path.edges.apart(summary.stick_radius) < BESIDE * self.side
         return (EARLIER_EDGE if beside else BELOW_LARGEST) * self.side
 
-    def _opened(self, summary: Summary) -> float:
+    def _opened(self, summary: Summary, shear_path: ShearPath) -> float:
         """Return the least error (mm) of a stick radius that shear has opened between unlike bodies, 0 of others."""
-        if not (self.model.line and self.model.coupled):
+        if not (self.model.line and self.model.coupled and shear_path.length > UNSHEARED):
             return 0.0
         return OPENED_STICK * self.side if spence_ratio(self.model) * summary.contact_radius < self.side else 0.0
 

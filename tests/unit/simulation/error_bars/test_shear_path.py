@@ -6,6 +6,7 @@ from typing import Any, cast
 
 import pytest
 
+from fretsolve.simulation.error_bars.shear_memory import NO_SHEAR
 from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TURNS_SEEN, ShearPath, StickEdges
 
 
@@ -13,7 +14,16 @@ def summary(**loads: float) -> Any:
     return cast(
         Any,
         SimpleNamespace(
-            **{"Qx": 0.0, "Qy": 0.0, "Mz": 0.0, "P": 400.0, "contact_radius": 0.3, "stick_radius": 0.3, "stage": 1}
+            **{
+                "Qx": 0.0,
+                "Qy": 0.0,
+                "Mz": 0.0,
+                "P": 400.0,
+                "contact_radius": 0.3,
+                "stick_radius": 0.3,
+                "stage": 1,
+                "work": 0.0,
+            }
             | loads
         ),
     )
@@ -102,9 +112,23 @@ def test_ways_across_the_shear_count_by_the_increments_of_their_stage():
     assert twice.turned == pytest.approx((0.5 + math.hypot(12.0, -18.0) / 40.0) / (2 + TURNS_SEEN))
 
 
-def test_the_way_since_a_turn_that_changes_the_load():
-    """Of P from 150 to 100 N, Q from 18 N to 0, with a friction of 0.3: as a first load to the share 1 - 95/100."""
-    loaded = ShearPath().after(summary(), 30.0, 0.0, 0.0).after(summary(Qx=18.0), 45.0, 0.0, 0.0)
-    assert loaded.after(summary(), 30.0, 0.0, 0.0).since_turn == pytest.approx(0.05)
-    assert loaded.after(summary(), 45.0, 0.0, 0.0).since_turn == pytest.approx(0.2)  # P is held: half of the way
-    assert loaded.after(summary(Qx=4.0), 30.0, 0.0, 0.0).since_turn == 0.0  # less than friction takes of a falling P
+def test_shear_and_load_that_change_together_are_remembered_as_they_do_and_as_the_increments_do():
+    """From 0 to P and Q below the friction limit nothing slips, but an increment shears all that it presses."""
+    path = (
+        ShearPath()
+        .after(summary(P=50.0, Qx=5.0), 15.0, 0.0, 0.0)
+        .after(summary(P=100.0, Qx=10.0, work=1e-3), 30.0, 0.0, 0.0)
+    )
+    assert path.memory.slipping == 0.0
+    assert path.at_once.slipping == pytest.approx(5.0 / 30.0)
+    assert path.last_at_edge == pytest.approx(1e-3)  # all that it dissipates
+    held = (
+        ShearPath().after(summary(P=100.0), 30.0, 0.0, 0.0).after(summary(P=100.0, Qx=10.0, work=1e-3), 30.0, 0.0, 0.0)
+    )
+    assert held.memory.slipping == pytest.approx(held.at_once.slipping) == pytest.approx(1.0 / 3.0)
+    assert held.last_at_edge == pytest.approx(0.0, abs=1e-15)
+
+
+def test_an_opened_contact_remembers_no_shear():
+    path = ShearPath().after(summary(), 40.0, 0.0, 0.0).after(summary(Qx=30.0), 40.0, 0.0, 0.0)
+    assert path.after(summary(P=0.0), 0.0, 0.0, 0.0).memory == NO_SHEAR

@@ -201,5 +201,7 @@ def test_a_stick_zone_that_shear_opens_between_unlike_bodies(bodies: Any, fricti
     *_, state = run(setup)
     least = LeastErrors.of(setup)
     zones = ZoneErrors(setup.model, setup.grid.dx, False, True, False, least._unseen_slip)
-    assert zones._opened(state.summary) == opened * setup.grid.dx
-    assert least.values(state, np.ones(len(ESTIMATED)), MOVES_ON)[STICK] > opened * setup.grid.dx
+    sheared = ShearPath(length=0.7)
+    assert zones._opened(state.summary, sheared) == opened * setup.grid.dx
+    assert zones._opened(state.summary, ShearPath()) == 0.0  # pressed alone
+    assert least.values(state, np.ones(len(ESTIMATED)), sheared)[STICK] > opened * setup.grid.dx
