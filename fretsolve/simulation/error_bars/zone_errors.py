@@ -46,8 +46,8 @@ like bodies without ends, under one coefficient of friction."""
 EARLIER_EDGE, BESIDE, BELOW_LARGEST = 0.25, 1.2, 0.12
 """Least error of the stick radius over h where it is within BESIDE h of the smallest one so far, or of that at the last
 turn, and the shear is not at its largest share: an earlier edge lies so close that the fields cannot tell one from the
-other. BELOW_LARGEST is that of all other radii where the shear is not at its largest share: their edge moves into cells
-that earlier loads have sheared."""
+other. BELOW_LARGEST is that of all other radii where the shear is not at its largest share, or has turned: their edge
+moves into cells that earlier loads have sheared."""
 
 FEW_STICK = 0.35
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
@@ -174,7 +174,7 @@ class ZoneErrors:
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
         """Return the least error (mm) of a stick radius by earlier edges of the stick zone."""
         if not shear_path.is_below_largest:
-            return 0.0
+            return BELOW_LARGEST * self.side if shear_path.turned > UNSHEARED else 0.0
         beside = shear_path.edges.apart(summary.stick_radius) < BESIDE * self.side
         return (EARLIER_EDGE if beside else BELOW_LARGEST) * self.side
 
