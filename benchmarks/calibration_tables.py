@@ -31,9 +31,9 @@ def report_lines(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost], unsol
         yield from ("", f"Share of the coarse runs in all {what}: {spent}.")
     if unsolved:
         yield from ("", "Not compared, since a run has no solution:", "", *(f"- {line}" for line in unsolved))
-    *_, unseen = ends.values()
-    yield from ("", "The unseen cases by scene, corrected values in brackets:", "", *by_scene(unseen, costs))
-    yield from ("", "The unseen cases by quantity:", "", *by_quantity(unseen))
+    *_, (group, last) = ends.items()
+    yield from ("", f"By scene, {group}, corrected values in brackets:", "", *by_scene(last, costs))
+    yield from ("", f"By quantity, {group}:", "", *by_quantity(last))
     together = [row for part in ends.values() for row in part]
     yield from ("", "Values outside of their bars:", "", *outside(together))
 
@@ -84,13 +84,13 @@ def by_scene(rows: Sequence[Row], costs: Sequence[Cost]) -> Iterator[str]:
     spent = {}
     for scene in scenes:
         of_scene = [row for row in rows if scene_of(row.case) == scene]
+        cases = {row.case for row in of_scene}
+        spent[scene] = spent_on([one for one in costs if one.case in cases])
         kinds = [[row for row in of_scene if row.corrected == kind] for kind in (False, True)]
         if not all(kinds):
             continue
         columns = (SHARES[label] for label in OF_SCENES)
         yield f"| {scene} | " + " | ".join(f"{value(kinds[0])} ({value(kinds[1])})" for value in columns) + " |"
-        cases = {row.case for row in of_scene}
-        spent[scene] = spent_on([one for one in costs if one.case in cases])
     yield from ("", "Shares of their coarse runs:", "", "| scene | in all operator applications | in all time |")
     yield "| --- | --- | --- |"
     yield from (f"| {scene} | " + " | ".join(shares.values()) + " |" for scene, shares in spent.items())

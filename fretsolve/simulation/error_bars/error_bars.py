@@ -32,7 +32,7 @@ from fretsolve.simulation.error_bars.increment_factors import (
     pressed_at_once,
 )
 from fretsolve.simulation.error_bars.least_errors import LeastErrors
-from fretsolve.simulation.error_bars.missed_motion import NOTHING_MISSED, of_unloading
+from fretsolve.simulation.error_bars.missed_motion import NOTHING_MISSED, MissedMotion, of_unloading
 from fretsolve.simulation.error_bars.path_points import at_point
 from fretsolve.simulation.error_bars.quantity_estimates import (
     CONTACT,
@@ -189,11 +189,19 @@ class ErrorBars:
             pressed_radius(self._setup.model, summary, self._pressing_increments),
         )
         self._missed = self._missed.after(middle, edge, radius)
+        self._missed = self._with_late_contact(summary, count)
+
+    def _with_late_contact(self, summary: Summary, count: int) -> MissedMotion:
+        """Return what has been missed, with that of an increment that presses and shears, or pulls a body meanwhile.
+
+        `ShearPath` follows loads in all of them, but not bulk stress; of a single one the coarse runs show no order.
+        """
         before = self._summaries[-2] if len(self._summaries) > 1 else None
-        pulled = self._mismatch(summary, before) * self._setup.model.compliances.contact_modulus * summary.contact_radius
-        # Increments that press and shear are followed by `ShearPath`, a single one shows nothing of its order besides.
-        if (count == 1 or pulled) and summary.contact_radius:
-            self._missed = self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1], pulled)
+        modulus = self._setup.model.compliances.contact_modulus
+        pulled = self._mismatch(summary, before) * modulus * summary.contact_radius
+        if not summary.contact_radius or (count > 1 and not pulled):
+            return self._missed
+        return self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1], pulled)
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""

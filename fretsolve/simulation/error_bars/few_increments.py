@@ -25,9 +25,10 @@ of few increments move it alike. Area contacts, whose edge is averaged around, n
 PRESSED_RADIUS, PRESSED_RADIUS_LINE, PRESSED_FRICTION = 0.05, 0.1, 3.5
 """Least relative error of the contact radius of unlike bodies, over Dundurs' beta and over the number k of increments
 that press it, where the friction is at least PRESSED_FRICTION beta. Below it goes with the friction. Rigid spheres and
-ellipsoids pressed on beta of .29 to .5 with friction of .5 and 1 in 1 and 2 increments had 0.6 to 1.4 times that. In
-line contact it goes with the square of the friction below: with 2 to 16 increments, beta of .1 to .5 and friction of .2
-to 1.5, 23 of 24 errors were below that, the largest 0.127; at little friction they were far below."""
+ellipsoids pressed on beta of .29 to .5 with friction of .5 and 1 in 1 and 2 increments had 0.6 to 1.4 times that; what
+coarse runs show comes on top. In line contact it goes with the square of the friction below: with 2 to 16 increments,
+beta of .1 to .5 and friction of .2 to 1.5, 23 of 24 errors were below that, the largest 0.127; at little friction they
+were far below."""
 
 PRESSED_ENERGY, PRESSED_ENERGY_ORDER = 0.42, 1.5
 """Least relative error of what k increments of the first stage dissipate that press unlike bodies, times

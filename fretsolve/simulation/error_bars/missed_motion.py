@@ -1,8 +1,8 @@
 """Least errors of tangential motion that no coarse run shows, and that the increments after it carry on.
 
-Where one increment presses and shears a contact, or presses it and pulls a body, cells that come into contact late take part in the whole shear. They
-may slip although cells that are pressed and sheared little by little would stick. Coarse grids have no such cells where
-the contact grows by less than a cell.
+Where one increment presses and shears a contact, or presses it and pulls a body, cells that come into contact late take
+part in the whole shear. They may slip although cells that are pressed and sheared little by little would stick. Coarse
+grids have no such cells where the contact grows by less than a cell.
 
 Unlike bodies that are pressed and tilted slip towards a stick zone beside the middle. Where it fits into a cell, their
 displacement is known to what the surfaces stretch within that, then and later.
@@ -42,10 +42,10 @@ LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
 relative one of the energy dissipated in it and later, over that part, 1 at most; and those of its stick radius, and of
 later ones, over what it adds to the contact radius."""
 
-UNLOADED, UNLOADED_APPROACH = 0.3, 0.8
+UNLOADED, APPROACH = 0.3, 0.8
 """Least relative error of the contact radius of unlike bodies that are unloaded, over (beta mu / (mu + beta))^2 and one
-over the increments that pressed up to that load; and of the approach, over that. Where all sticks, an unloading goes
-back to the states that few increments had pressed."""
+over the increments that pressed up to that load. Where all sticks, an unloading goes back to the states that few
+increments had pressed. And of the approach, over that of the radius, also where few increments press."""
 
 MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 """Which of `ESTIMATED` are tangential."""
@@ -104,7 +104,7 @@ class MissedMotion:
         least[[WORK, TOTAL]] += self.energy * np.array([summary.work, summary.work_total - self.before])
         least[[STICK, *STICK_EXTENTS]] += self.edge
         least[CONTACT] = math.hypot(least[CONTACT], self.radius * summary.contact_radius)
-        least[DELTA_Z] = math.hypot(least[DELTA_Z], UNLOADED_APPROACH * self.radius * summary.delta_z)
+        least[DELTA_Z] = math.hypot(least[DELTA_Z], APPROACH * self.radius * summary.delta_z)
 
 
 NOTHING_MISSED = MissedMotion(np.zeros(len(ESTIMATED)))
