@@ -40,7 +40,8 @@ def notes(study: Assessment) -> Iterator[str]:
     if plan.corrected:
         yield "values are corrected for the number of increments; costs include the coarse runs"
     if study.left_out and len(failed) < len(study.rows):
-        yield f"left out, since 0: {', '.join(map(str, study.left_out))}"
+        line = plan.cases[0].setup.model.line  # whose displacements have a free constant
+        yield f"left out, since 0{' or not known' if line else ''}: {', '.join(map(str, study.left_out))}"
     yield from failed
     yield from without_values(study)
 

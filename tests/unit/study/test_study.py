@@ -14,6 +14,7 @@ import h5py
 import numpy as np
 import pytest
 from command_line import PATIENCE, finish, invoke, refused, start
+from line_cases import LINE
 from small_cases import LOOP, write_case
 from studying import BRIEF, EVERY, EXPECT, plan_of
 
@@ -247,6 +248,9 @@ def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
     result = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y", *BRIEF)
     assert result.exit_code == 0
     assert "left out, since 0: delta_y@4" in result.stdout
+    line = write_case(tmp_path, LINE, "line.yaml")
+    result = invoke("study", line, "--vary", "grid.points=16,24", "--quantity", "delta_x", "--quantity", "stick_radius")
+    assert "left out, since 0 or not known: delta_x@2" in result.stdout
     alone = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y")
     assert alone.exit_code == 2
     assert alone.stderr.endswith(f"{case}: nothing to compare, since 0: delta_y@4; name others with --quantity\n")
