@@ -22,13 +22,14 @@ from fretsolve.simulation.error_bars.few_increments import (
     PRESSED_RADIUS_LINE,
     SHEARED_EDGE,
     TURNED,
+    TURNED_ENERGY,
     TURNED_MOMENT,
     add_turned,
     early_edge,
     pressed_energy,
     pressed_radius,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY, TOTAL, WORK
 
 RADIUS = 0.3
 PRESSED = [replace(next(fake_states(1)).summary, contact_radius=RADIUS, step=step, stage=1) for step in range(4)]
@@ -90,4 +91,5 @@ def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> No
         assert found[pair] == pytest.approx(0.5 * TURNED * np.hypot(*largest[pair]), rel=1e-12)
     assert found[PHI_Z] == pytest.approx(0.5 * TURNED * largest[PHI_Z], rel=1e-12)
     assert found[MZ] == pytest.approx(0.5 * TURNED_MOMENT * largest[MZ], rel=1e-12)
-    assert np.count_nonzero(found) == 6
+    assert found[[WORK, TOTAL]] == pytest.approx(0.5 * TURNED_ENERGY * largest[[WORK, TOTAL]], rel=1e-12)
+    assert np.count_nonzero(found) == 8
