@@ -8,15 +8,17 @@ bodies under a force along one direction, and an estimate for others.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import itemgetter
 
 Shear = tuple[float, float, float]
 
 UNMOVED = 1e-4
 """Part of the load and of the friction limit by which an increment changes them at most that leaves all as it is."""
 
-HALVINGS = 50
+HALVINGS = 34
 """Of the interval in which the stick zone's load is looked for."""
 
 
@@ -40,7 +42,7 @@ class ShearMemory:
         if abs(load - last) <= UNMOVED * load and math.dist(shear, before) <= UNMOVED * friction * load:
             return replace(self, corners=(*self.corners[:-1], (load, shear)))
         stick = self._stick_load(load, shear, friction)
-        kept = [corner for corner in self.corners if corner[0] < stick]
+        kept = self.corners[: bisect_left(self.corners, stick, key=itemgetter(0))]
         slipping = 1.0 - stick / load if stick < min(last, load) else 0.0
         return ShearMemory((*kept, (stick, self._at(stick)), (load, shear)), slipping)
 
@@ -79,7 +81,7 @@ class ShearMemory:
 
     def _at(self, load: float) -> Shear:
         """Return g at a load up to the present one."""
-        above = next(place for place, (corner, _) in enumerate(self.corners) if corner >= load)
+        above = bisect_left(self.corners, load, key=itemgetter(0))
         upper, there = self.corners[above]
         if above == 0 or upper == load:
             return there
