@@ -102,9 +102,8 @@ class ZoneErrors:
         end = SHARP_END * self.side if outline >= SHARP_EDGE * self.side else outline
         least[CONTACT_EXTENTS] = math.hypot(CONTACT_END * self.side, end)
         least[CONTACT] = self._contact_radius(state.summary, outline)
-        stick = self._stick_radius(state.summary, outline, ratio, shear_path) + self._by_steps(
-            state.summary, shear_path
-        )
+        stick = self._stick_radius(state.summary, outline, ratio, shear_path)
+        stick += self._by_steps(state.summary, shear_path)
         held, held_rows = self._held_at_limit(state) if shear_path.moves_on else (0.0, 0.0)
         least[STICK] = stick + held + HELD_EDGE * self.side if held else stick
         least[STICK_EXTENTS] = max(math.hypot(STICK_END * self.side, end, held_rows), least[STICK])
@@ -166,9 +165,8 @@ class ZoneErrors:
         """
         if self.ends:
             return 0.0
-        steady, stepped = (
-            self.unseen.stick_share(memory.slipping) for memory in (shear_path.memory, shear_path.at_once)
-        )
+        memories = shear_path.memory, shear_path.at_once
+        steady, stepped = (self.unseen.stick_share(memory.slipping) for memory in memories)
         return abs(steady - stepped) * summary.contact_radius
 
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
