@@ -48,8 +48,9 @@ class ShearPath:
     at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; way: in the last
     increment, (3,); length: of all ways; coarsest: the longest way of an increment over what is left of the
     friction limit at its end; last_at_edge, at_edge: least error (mJ) of what the last increment and all dissipated,
-    by the width of their slip annuli in cells. A shear that slips within a rounding dissipates what it does up to gross
-    slip times `largest` squared times `length`: it goes with the third power of the way from a reversal, halved.
+    by the width of their slip annuli in cells, and as they shear at once what they press.
+    A shear that slips within a rounding dissipates what it does up to gross slip times `largest` squared times
+    `length`: it goes with the third power of the way from a reversal, halved.
     turning, turned_before: ways across the direction of the shear, over TURNS_SEEN more than the increments of their
     stage: their sum in this stage, and the largest one of earlier stages.
     edges: earlier edges of the stick zone; memory, at_once: how far the shear slips as it changes with the load, and as
@@ -105,9 +106,15 @@ class ShearPath:
         increments of its stage.
         """
         if carried <= 0.0:
-            before = self._most_pressed
-            still = replace(self, way=(0.0, 0.0, 0.0), last_at_edge=0.0, now=summary, before=before)
-            return replace(still, memory=NO_SHEAR, at_once=NO_SHEAR)
+            return replace(
+                self,
+                way=(0.0, 0.0, 0.0),
+                last_at_edge=0.0,
+                memory=NO_SHEAR,
+                at_once=NO_SHEAR,
+                now=summary,
+                before=self._most_pressed,
+            )
         # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
         arm = summary.contact_radius / 1.5
         force = summary.Qx, summary.Qy, summary.Mz / arm if arm else 0.0

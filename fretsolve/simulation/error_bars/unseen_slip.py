@@ -88,16 +88,25 @@ class UnseenSlip:
         flat part with the power 2/3 of the load where this is long, and up to that of round bodies where it is short.
         Other bodies with ends slip otherwise.
         """
-        least = widest = (1.0 - self.stick_share(share)) * summary.contact_radius
-        if self.ends and not (self.flat is not None and self.flat >= summary.contact_radius):
-            if self.flat is None:
-                return 0.0
-            rounding = summary.contact_radius - self.flat
-            if rounding < ANNULUS_CELLS * self.side:  # `at_roundings` knows of it
-                return 0.0
-            least = (1.0 - self.stick_share(share)) * rounding
-            widest = (1.0 - (1.0 - min(share, 1.0)) ** (2.0 / 3.0)) * rounding if self.flat else least
-        return 0.0 if least >= ANNULUS_CELLS * self.side else widest
+        reach = self._reach_of_annuli(summary)
+        width = (1.0 - self.stick_share(share)) * reach
+        if width >= ANNULUS_CELLS * self.side:
+            return 0.0
+        on_rounding = reach < summary.contact_radius
+        return (1.0 - (1.0 - min(share, 1.0)) ** (2.0 / 3.0)) * reach if on_rounding else width
+
+    def _reach_of_annuli(self, summary: Summary) -> float:
+        """Return how far (mm) from the edge of the contact shear may slip first, 0 of bodies that slip otherwise."""
+        radius = summary.contact_radius
+        if not self.ends:
+            return radius
+        if self.flat is None:
+            return 0.0
+        if self.flat >= radius:  # the edge of the punch is out of reach
+            return radius
+        rounding = radius - self.flat
+        # `at_roundings` knows of a shorter one
+        return rounding if rounding >= ANNULUS_CELLS * self.side else 0.0
 
     def stick_share(self, share: float) -> float:
         """Return the radius of the stick zone over that of the contact; share: as above."""

@@ -18,8 +18,8 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
 
 CONTACT_EDGE, MAP_EDGE, MAP_EDGE_LINE = 0.0075, 0.01, 0.06
 """Least error of the contact radius over h, and on height maps; that of a stick zone which fills the contact is the
-same. In line contact nothing averages the two edges, which waves shift: such as long as 4 to 16 cells had up to 0.053.
-"""
+same. MAP_EDGE_LINE is that of line contacts on waves, whose two edges nothing averages: waves of 4 to 16 cells had up
+to 0.053."""
 
 UNLIKE_EDGE = 0.4
 """Least error of the contact radius of unlike bodies in line contact, over e h. Slip changes the order of the pressure
