@@ -29,6 +29,8 @@ def strip_influence(name: Influence, grid: LineGrid, compliances: Compliances) -
 
     `xy` and `yz` are 0, since antiplane shear moves the surfaces along y alone.
     """
+    if name in ("xy", "yz"):
+        return np.zeros((grid.nx, 1))
     if name == "xz":
         jump = np.full((grid.nx, 1), 0.25 * compliances.C * grid.dx)
         jump[0] = 0.0
@@ -94,7 +96,6 @@ class LinePreconditioner(Preconditioner):
 class LineOperator(ElasticOperator):
     """Applies the influence coefficients of strips. Arguments as for `ElasticOperator`."""
 
-    is_plain = False
     _preconditioner = LinePreconditioner
 
     def __init__(
@@ -108,14 +109,18 @@ class LineOperator(ElasticOperator):
     ):
         super().__init__(grid.shape, (grid.dx, grid.dy), compliances, terms, team, dtype, spectra)
         self._arguments = grid, compliances, terms
-        self._side = grid.dx
+        self._grid = grid
         if spectra is None:
             self._spectra = StripSpectra(self._convolution, grid, compliances)
 
     @cached_property
     def self_coefficient(self) -> float:
         """Displacement ux (mm) of about a cell's centre relative to its surroundings under qx of 1 MPa on the cell."""
-        return 2.0 * self.compliances.A * self._side / math.pi
+        return 2.0 * self.compliances.A * self._grid.dx / math.pi
+
+    def coefficients(self, name: Influence, shape: tuple[int, int]) -> DoubleArray:
+        """Return an influence (mm/MPa) at the offsets between the grid's strips, from 0 on."""
+        return strip_influence(name, self._grid, self.compliances)
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement from pressure, which has none along y; `terms` must couple."""

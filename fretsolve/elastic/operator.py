@@ -14,14 +14,20 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from fretsolve.elastic.convolution import PaddedConvolution
-from fretsolve.elastic.influence import InfluenceSpectra, ScaledSpectra, along_x, inverse_distance
+from fretsolve.elastic.influence import (
+    InfluenceSpectra,
+    ScaledSpectra,
+    along_x,
+    influence_coefficients,
+    inverse_distance,
+)
 from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
 from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels import GridKernels
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
-from fretsolve.system.arrays import FloatArray
+from fretsolve.system.arrays import DoubleArray, FloatArray
 
 INNER_PRECISION = np.float32
 """Precision of the inner iterations. Residuals are computed in double precision."""
@@ -41,7 +47,7 @@ class ElasticOperator:
     """
 
     is_plain: ClassVar[bool] = True
-    """Whether it applies the influence coefficients of rectangular cells as they are."""
+    """Whether it applies its influence coefficients as they are."""
 
     _preconditioner: ClassVar[Callable[..., Preconditioner]] = Preconditioner
 
@@ -107,6 +113,11 @@ class ElasticOperator:
         _, (dx, dy), compliances, _ = self._problem
         direct, along = (integral(np.zeros(1), np.zeros(1), dx, dy)[0, 0] for integral in (inverse_distance, along_x))
         return float(compliances.A * direct + compliances.B * along) / (2 * math.pi)
+
+    def coefficients(self, name: Influence, shape: tuple[int, int]) -> DoubleArray:
+        """Return an influence (mm/MPa) at the offsets between cells of a grid of such a `shape`, from 0 on."""
+        _, spacing, compliances, _ = self._problem
+        return influence_coefficients(name, shape, spacing, compliances)
 
     def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` from pressure."""

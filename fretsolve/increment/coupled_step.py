@@ -98,12 +98,13 @@ def solve_directly(
 
     presses, slides: which of pressure and shear there is to solve for.
     """
-    from fretsolve.solvers.direct import DirectSolution  # contacts of more cells need none of it
+    from fretsolve.solvers.direct import on_one_thread  # contacts of more cells need none of it
+    from fretsolve.solvers.direct_contact import DirectSolution
 
     rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
     estimate = DirectSolution(work.pressure, work.shear, rigid)
     slipping = False if work.slipping is None else work.slipping
-    with solver.threads.limit(limits=1, user_api="blas"):
+    with on_one_thread():
         found = solver.solve(problem, estimate, target, slipping, presses=presses, slides=slides)
     work.iterations_normal += solver.pressings
     work.iterations_tangential += solver.slidings

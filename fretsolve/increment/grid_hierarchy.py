@@ -33,10 +33,11 @@ COARSE_TOLERANCE, ERROR_OF_CELLS, COARSE_ITERATIONS = 1e-2, 0.5, 60
 problem by about the width of its cells; and limit of its CG iterations. With the second one mode I.2 takes 2 of 18
 applications less on 512 x 512 points, and a first contact one of 13."""
 
-MOST_DIRECT_CELLS, MOST_DIRECT_POINTS = 120, 2500
-"""Cells in contact, and on the grid, up to which increments are solved directly without compiled kernels. Their time is
-that of calls up to some 100 cells, and grows with the third power beyond. Runs on 32 x 32 points with error bars take a
-fifth less time. With compiled kernels they would take a tenth more."""
+MOST_DIRECT_CELLS, MOST_DIRECT_STRIPS, MOST_DIRECT_POINTS = 120, 250, 2500
+"""Cells in contact, strips of a line contact, and cells of the grid, up to which increments are solved directly without
+compiled kernels. Their time is that of calls up to some 100 cells, and grows with the third power beyond. Runs on
+32 x 32 points with error bars take a fifth less time; line contacts on 32 to 128 points take a half to a third of it,
+on 256 points two thirds. With compiled kernels increments on 32 x 32 points would take a tenth more."""
 
 NEAR_THE_LIMIT = 0.2
 """A cell slips at first if its coarse cell does and its shear is within this part of the friction limit."""
@@ -78,10 +79,15 @@ class GridLevel:
             return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
 
+    @property
+    def most_direct_cells(self) -> int:
+        """Cells in contact up to which an increment may be solved directly."""
+        return MOST_DIRECT_STRIPS if isinstance(self.grid, LineGrid) else MOST_DIRECT_CELLS
+
     @cached_property
     def direct(self) -> DirectSolver | None:
-        """Solver of increments with few cells in contact, at most MOST_DIRECT_CELLS; None with compiled kernels, on a
-        large grid, in single precision, in line contact and for orthotropic friction, whose operators are others."""
+        """Solver of increments with few cells in contact, at most `most_direct_cells`; None with compiled kernels, on a
+        large grid, in single precision and for orthotropic friction, whose operator is another one."""
         small = self.grid.nx * self.grid.ny <= MOST_DIRECT_POINTS and self.operator.dtype is np.float64
         if not small or self._compiled or not self.operator.is_plain:
             return None

@@ -152,7 +152,7 @@ class StaggeredIteration:
         """Solve an increment with few cells in contact as a whole, if that succeeds and nothing has been tried yet."""
         first = self._is_first_contact(increment, start, work)
         if (
-            not (first or _few_touch(work))
+            not (first or self._few_touch(work))
             or work.staggered_iterations
             or is_far(increment.tangential, self.level.grid)
         ):
@@ -162,7 +162,7 @@ class StaggeredIteration:
             return False
         if first:
             self._touch(increment, work)
-            if not _few_touch(work):
+            if not self._few_touch(work):
                 return False
         if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
             return False  # cells without friction neither stick nor have a direction
@@ -171,6 +171,10 @@ class StaggeredIteration:
         presses = self._coupled or start.normal != increment.normal
         slides = self._must_solve_shear(increment, start, work)
         return solve_directly(solver, problem, start, work, target, presses=presses, slides=slides)
+
+    def _few_touch(self, work: WorkingState) -> bool:
+        """Return whether cells are in contact, and few enough for a direct solution."""
+        return 0 < int(np.count_nonzero(work.pressure)) <= self.level.most_direct_cells
 
     def _is_first_contact(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether a small grid begins to touch under shear, with no estimate of the pressure."""
@@ -330,8 +334,3 @@ class StaggeredIteration:
         if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
             return None
         return self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)
-
-
-def _few_touch(work: WorkingState) -> bool:
-    """Return whether cells are in contact, and few enough for a direct solution."""
-    return 0 < int(np.count_nonzero(work.pressure)) <= MOST_DIRECT_CELLS

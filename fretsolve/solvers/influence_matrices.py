@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.influence import influence_coefficients
 from fretsolve.elastic.kernel_spectrum import Influence
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.model.grid import Grid
@@ -25,6 +24,7 @@ class Cells:
         one, nothing = np.ones(index.size), np.zeros(index.size)
         self.tilts: DoubleArray = np.array([one, y, x])
         self.motions: DoubleArray = np.array([[one, nothing], [nothing, one], [-y, x]]).reshape(3, -1)
+        self._solutions = 0
 
     @cached_property
     def normal(self) -> DoubleArray:
@@ -40,6 +40,22 @@ class Cells:
             matrix[x, y] = self._between("xy", odd=True)
             matrix[y, x] = matrix[x, y].T
         return matrix
+
+    def pressures(self, displacements: DoubleArray) -> DoubleArray:
+        """Return the pressures (n, k) under which the cells have these uz (n, k).
+
+        From the second call on they follow from the inverse matrix, which takes two solutions. Increments at a constant
+        load have the same cells in contact. Raises LinAlgError.
+        """
+        self._solutions += 1
+        if self._solutions == 1:
+            return np.asarray(np.linalg.solve(self.normal, displacements), np.float64)
+        found: DoubleArray = self._inverse @ displacements
+        return found
+
+    @cached_property
+    def _inverse(self) -> DoubleArray:
+        return np.asarray(np.linalg.inv(self.normal), np.float64)
 
     @cached_property
     def sideways(self) -> DoubleArray:
@@ -73,7 +89,7 @@ class InfluenceTables:
     """
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
-        self.terms, self._compliances, self._grid = operator.terms, operator.compliances, grid
+        self.terms, self._coefficients, self._grid = operator.terms, operator.coefficients, grid
         self._beyond = grid.whole_shape[1] - grid.ny  # columns that the half of the grid lacks
         self._tables: dict[Influence, DoubleArray] = {}
 
@@ -100,8 +116,8 @@ class InfluenceTables:
     def at(self, name: Influence, offsets: IndexArray) -> DoubleArray:
         """Return an influence (mm/MPa) at such offsets."""
         if name not in self._tables:
-            grid, odd_x, odd_y = self._grid, name in ("xy", "xz"), name in ("xy", "yz")
-            quarter = influence_coefficients(name, grid.whole_shape, (grid.dx, grid.dy), self._compliances)
+            odd_x, odd_y = name in ("xy", "xz"), name in ("xy", "yz")
+            quarter = self._coefficients(name, self._grid.whole_shape)
             half = np.concatenate([-quarter[:0:-1] if odd_x else quarter[:0:-1], quarter])
             self._tables[name] = np.concatenate([-half[:, :0:-1] if odd_y else half[:, :0:-1], half], axis=1)
         return self._tables[name].take(offsets)

@@ -6,14 +6,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from line_cases import DISSIMILAR as DISSIMILAR_STRIPS
+from line_cases import SIMILAR, line_case
 from solving import DISSIMILAR, LOAD, RIGID, build
 
+import fretsolve.increment.grid_hierarchy as grid_hierarchy
 import fretsolve.increment.staggered_iteration as staggered
 from fretsolve import run
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.operator_on_grid import operator_on
+from fretsolve.friction.bound import FrictionBound
+from fretsolve.model.grid import Grid
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers.direct import DirectSolver
+from fretsolve.solvers.direct_contact import DirectContact
 from fretsolve.solvers.influence_matrices import Cells, InfluenceTables
 
 SHEARED = [
@@ -36,9 +43,14 @@ def small(**parts: Any) -> Any:
 
 
 def by_conjugate_gradients(monkeypatch: pytest.MonkeyPatch, **parts: Any) -> list[State]:
+    return without_direct_solver(monkeypatch, small(**parts))
+
+
+def without_direct_solver(monkeypatch: pytest.MonkeyPatch, case: Any) -> list[State]:
     with monkeypatch.context() as patch:
-        patch.setattr(staggered, "MOST_DIRECT_CELLS", 0)
-        return list(run(small(**parts)))
+        patch.setattr(grid_hierarchy, "MOST_DIRECT_CELLS", 0)
+        patch.setattr(grid_hierarchy, "MOST_DIRECT_STRIPS", 0)
+        return list(run(case))
 
 
 @pytest.mark.parametrize("path", [SHEARED, PUSHED, TILTED])
@@ -101,8 +113,13 @@ def test_where_steps_do_not_suffice_the_staggered_iteration_goes_on(monkeypatch:
 
 def test_matrices_are_the_operator() -> None:
     setup = set_up(small(bodies=DISSIMILAR, friction=0.1, load_path=SHEARED))
-    grid, random = setup.grid, np.random.default_rng(5)
-    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), setup.model.compliances, setup.model.terms)
+    grid = setup.grid
+    _require_equal(ElasticOperator(grid.shape, (grid.dx, grid.dy), setup.model.compliances, setup.model.terms), grid)
+
+
+def _require_equal(operator: ElasticOperator, grid: Grid) -> None:
+    """Require the matrices between some cells to be the operator's."""
+    random = np.random.default_rng(5)
     index = np.flatnonzero(random.random(grid.shape) > 0.5)
     cells = Cells(index, grid, InfluenceTables(operator, grid))
     values = random.standard_normal((3, index.size))
@@ -114,3 +131,66 @@ def test_matrices_are_the_operator() -> None:
     np.testing.assert_allclose(cells.normal @ pressure + shear @ cells.sideways, uz, atol=1e-13 * np.abs(uz).max())
     sideways = cells.tangential @ shear + cells.sideways @ pressure
     np.testing.assert_allclose(sideways, np.ravel(moved), atol=1e-13 * np.abs(sideways).max())
+
+
+LINE_PATH = [
+    {"P": 100.0, "increments": 3},
+    {"Qx": 15.0, "increments": 4},
+    {"Qx": -10.0, "P": 60.0, "increments": 3},
+    {"Qx": 5.0, "bulk_2": {"xx": 60.0}, "increments": 3},
+]
+ALONG_Y = [{"P": 100.0, "Qy": 12.0, "increments": 2}, {"Qx": 20.0, "increments": 2}]
+
+
+@pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR_STRIPS])
+@pytest.mark.parametrize(
+    "path", [LINE_PATH, [{"P": 100.0, "Qy": 12.0, "increments": 2}, {"Qx": 20.0, "increments": 2}]]
+)
+def test_line_contact_as_by_conjugate_gradients(
+    monkeypatch: pytest.MonkeyPatch, bodies: list[Any], path: list[dict[str, Any]]
+) -> None:
+    found = []
+    solve = DirectSolver.solve
+    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: found.append(solve(*a, **k)) or found[-1])
+    case = line_case(bodies=bodies, grid={"points": 40, "size": 0.32}, load_path=path, solver={"tolerance": 1e-8})
+    directly = list(run(case))
+    assert len(found) == len(directly) == sum(stage["increments"] for stage in path)
+    assert sum(one is None for one in found) <= 1
+    others = without_direct_solver(monkeypatch, case)
+    for one, other in zip(directly, others, strict=True):
+        peak = other.summary.max_pressure
+        assert one.summary.worst_residual < 1e-8
+        assert np.abs(one.fields.pressure - other.fields.pressure).max() < 1e-5 * peak
+        assert np.abs(one.fields.shear - other.fields.shear).max() < 1e-5 * peak
+        assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=1e-5, abs=1e-9)
+    applications = [sum(state.summary.operator_applications for state in states) for states in (directly, others)]
+    assert applications[0] < 0.6 * applications[1]
+
+
+def test_matrices_are_the_operator_of_strips() -> None:
+    setup = set_up(line_case(bodies=DISSIMILAR_STRIPS, grid={"points": 40, "size": 0.32}))
+    grid, model = setup.grid, setup.model
+    _require_equal(operator_on(grid, model.compliances, model.terms), grid)
+
+
+def test_a_cell_that_joins_slips_as_its_neighbours_do() -> None:
+    setup = set_up(small(bodies=DISSIMILAR, friction=0.1, load_path=SHEARED))
+    grid, model = setup.grid, setup.model
+    tables = InfluenceTables(operator_on(grid, model.compliances, model.terms), grid)
+    contact = np.zeros(grid.shape, bool)
+    contact[3:6, 3:6] = True
+    cells = Cells(np.flatnonzero(contact), grid, tables)
+    shear, slipping = np.zeros((2, 3, 3)), np.zeros((3, 3), bool)
+    slipping[0], shear[0, 0], shear[1, 0] = True, 3.0, [0.0, 0.0, 6.0]  # the row 3 of the grid slips
+    arguments = np.full(9, 1000.0), shear.reshape(2, -1).ravel(), slipping.ravel(), np.zeros(6)
+    work = DirectContact(FrictionBound(0.1), contact, cells, *arguments)
+    grown = contact.copy()
+    grown[2, 4] = grown[6, 4] = True
+    index = np.flatnonzero(grown)
+    work.move_to(grown, Cells(index, grid, tables), np.full(index.size, 1000.0))
+    new, count = [int(np.searchsorted(index, row * grid.ny + 4)) for row in (2, 6)], index.size
+    assert work.slipping[new].tolist() == [True, False]
+    assert work.shear[new].tolist() == [9.0, 0.0]
+    assert work.shear[count + np.array(new)].tolist() == [6.0, 0.0]
+    work.put_on_circle()
+    assert np.hypot(work.shear[new[0]], work.shear[count + new[0]]) == pytest.approx(100.0)
