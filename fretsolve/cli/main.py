@@ -14,6 +14,7 @@ from fretsolve import __version__
 from fretsolve.cli.options import (
     CommandLine,
     WholeNumber,
+    error_bars_option,
     output_option,
     overrides_option,
     overwrite_option,
@@ -21,6 +22,7 @@ from fretsolve.cli.options import (
     quiet_option,
     repeatable_option,
     result_argument,
+    with_error_bars,
 )
 from fretsolve.cli.stresses import fatigue, stress
 from fretsolve.cli.sweep import sweep
@@ -54,9 +56,7 @@ main.add_command(sweep)
 @_CASE
 @output_option("The result file, ending in .h5; by default the name of the case with .h5.")
 @overrides_option
-@click.option(
-    "--error-bars", is_flag=True, help="Estimate the errors of the history from coarse runs (solver.error_bars)."
-)
+@error_bars_option("Estimate the errors of the history from coarse runs (solver.error_bars).")
 @click.option("--resume", is_flag=True, help="Continue a stopped run, or start it.")
 @overwrite_option("an existing result")
 @click.option(
@@ -82,8 +82,7 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
         raise click.UsageError("--resume and --overwrite exclude each other.")
     if options["quiet"] + options["verbose"] + options["log_json"] > 1:
         raise click.UsageError("only one of -q, -v and --log-json is possible.")
-    if error_bars:
-        overrides = (*overrides, "solver.error_bars=true")
+    overrides = with_error_bars(overrides, error_bars)
     threads = available(threads)
     with StopRequest() as stop:
         with quick_imports():
@@ -95,7 +94,8 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
 @main.command()
 @_CASES
 @overrides_option
-def validate(**options: Any) -> int:
+@error_bars_option("As a run with --error-bars (solver.error_bars).")
+def validate(overrides: tuple[str, ...], error_bars: bool, **options: Any) -> int:
     """Read each CASE and print what a run would do, without solving.
 
     It prints all values with their defaults, the model, grid, stages, expected results, memory and cost.
@@ -103,7 +103,7 @@ def validate(**options: Any) -> int:
     with quick_imports():
         from fretsolve.commands.validate import validate_cases
 
-    return validate_cases(**options)
+    return validate_cases(overrides=with_error_bars(overrides, error_bars), **options)
 
 
 @main.command()

@@ -202,3 +202,16 @@ quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only erro
 def overwrite_option(what: str) -> Callable[[Command], Command]:
     """Return the option `--overwrite`; what: the thing that it replaces."""
     return click.option("--overwrite", is_flag=True, help=f"Replace {what}.")
+
+
+def error_bars_option(help_text: str) -> Callable[[Command], Command]:
+    """Return the option `--error-bars`, which `with_error_bars` puts among the overrides."""
+    return click.option("--error-bars", is_flag=True, help=help_text)
+
+
+def with_error_bars(overrides: tuple[str, ...], error_bars: bool) -> tuple[str, ...]:
+    """Return the overrides of --set with that of --error-bars, where it is given."""
+    key = "solver.error_bars"
+    if error_bars and any(text.partition("=")[0].strip() == key for text in overrides):
+        raise click.UsageError(f"--error-bars and --set {key} exclude each other.")
+    return (*overrides, f"{key}=true") if error_bars else overrides

@@ -65,14 +65,15 @@ def print_report(
 ) -> None:
     """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal.
 
-    columns: of the history, by default those above round-off.
+    columns: of the history, by default those above round-off and a table of the last values with their error bars.
     """
     console = report_console(file)
     for line in _summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
     tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
     spots = _spots(result)
-    for table in (*tables, *_cycle_tables(result, console.width), *_spot_table(spots), *_error_table(result)):
+    errors = _error_table(result) if columns is None else []
+    for table in (*tables, *_cycle_tables(result, console.width), *_spot_table(spots), *errors):
         console.print()
         console.print(table)
     for line in (*_totals(result), *_about_spots(spots), *(_changes_of_spots(result) if heading else [])):

@@ -38,7 +38,9 @@ def notes(study: Assessment) -> Iterator[str]:
             if plan.known is None:
                 yield "that run has an unknown error of its own; errors smaller than that mean nothing"
     if plan.corrected:
-        yield "values are corrected for the number of increments; costs include the coarse runs"
+        as_run = ", ".join(str(one) for one in study.quantities if plan.column(one) == str(one))
+        but = f", but for {as_run}, which no correction helps" if as_run else ""
+        yield f"values are corrected for the number of increments{but}; costs include the coarse runs"
     if study.left_out and len(failed) < len(study.rows):
         line = plan.cases[0].setup.model.line  # whose displacements have a free constant
         yield f"left out, since 0{' or not known' if line else ''}: {', '.join(map(str, study.left_out))}"

@@ -46,6 +46,11 @@ def about_solver(setup: ProblemSetup) -> Iterator[str]:
             " digit is reliable; 1e-6 is usual"
         )
     if accuracy is not None:
+        if not setup.case.solver.error_bars and setup.case.wear is None:
+            yield (
+                f"solver.error_bars: without error bars nothing tells if accuracy {percent(accuracy)} is met; leave the"
+                " key out"
+            )
         yield from _about_digits(setup, accuracy)
         yield from _about_counts(setup, accuracy)
 

@@ -164,3 +164,11 @@ def test_flat_round_punch_has_its_closed_form(tmp_path: Path) -> None:
     assert "load_path: the punch goes deep against its radius (delta_z/a = 18," in done.stderr
     rounded = invoke("validate", case, "--set", "surface.punch.edge_radius=0.1 um")
     assert "Boussinesq" not in rounded.stdout
+
+
+def test_error_bars_as_a_run_has_them(tmp_path: Path) -> None:
+    case = write_case(tmp_path)
+    plain, with_bars = (invoke("validate", case, *options).stdout for options in ((), ("--error-bars",)))
+    assert "error_bars: true" in with_bars and "error_bars: false" in plain
+    plainly, more = (int(re.search(r"about (\d+) operator", text).group(1)) for text in (plain, with_bars))  # type: ignore[union-attr]
+    assert more > plainly

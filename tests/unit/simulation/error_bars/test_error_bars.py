@@ -331,6 +331,7 @@ def test_corrected_values_are_shown_where_they_differ(tmp_path: Path) -> None:
         errors = [float(result.history[f"{name}_error"][-1]) for name in names]
         assert result.units("delta_x_corrected_error") == "mm"
     assert value != corrected
+    assert "corrected for" not in invoke("show", out, "--columns", "P,delta_x_error").stdout
     shown = invoke("show", out).stdout
     assert "corrected for" in shown
     in_um = [1e3 * one for one in (value, errors[0], corrected, errors[1])]
@@ -374,12 +375,14 @@ def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
 def test_study_compares_corrected_values(tmp_path: Path) -> None:
     case = write_case(tmp_path, COUPLED)
     vary = ("--vary", "grid.points=24,36", "--vary", "load_path.*.increments=2,8", "--quantity", "delta_x")
+    vary = (*vary, "--quantity", "max_pressure")
     found = {}
     for option in ((), ("--corrected",)):
         folder = tmp_path / f"study{len(option)}"
         ran = invoke("study", case, *vary, *option, "-o", folder)
         assert ran.exit_code == 0, ran.stderr
         assert ("values are corrected for the number of increments" in ran.stdout) == bool(option)
+        assert ("but for max_pressure@2, which no correction helps" in ran.stdout) == bool(option)
         with h5py.File(folder / "study.h5") as file:
             row = list(zip(file["cost/points"][:, 0], file["cost/increments"][:], strict=True)).index((36, 4))
             name = f"delta_x{'_corrected' * bool(option)}@2"
