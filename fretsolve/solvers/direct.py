@@ -93,7 +93,8 @@ class DirectSolver:
             if not step:
                 self._fit_motion(problem.tangential, work, slip)
             missing = problem.tangential.imposed_resultant / self._grid.cell_area - work.cells.motions @ work.shear
-            residual = self._residual(problem, work, slip, missing)
+            forward = work.along(slip)
+            residual = self._residual(problem, work, slip, forward, missing)
             if residual <= tolerance and not (pressed and coupled and self._opened(problem, work) > tolerance):
                 search = not searched and self._penetrates(problem, work, tolerance)
                 if not search:
@@ -101,7 +102,7 @@ class DirectSolver:
             if not residual < LOST:
                 return None
             # D4 to D6
-            if residual > tolerance and not self._slide(problem.tangential, work, slip, missing):
+            if residual > tolerance and not self._slide(problem.tangential, work, slip, forward, missing):
                 return None
         return None
 
@@ -216,14 +217,18 @@ class DirectSolver:
             work.rigid[3:] -= solve_modes(across @ across.T, across @ slip, forced)
             slip += (work.rigid[3:] - control.imposed_displacement) @ motions
 
-    def _residual(self, problem: CoupledProblem, work: DirectContact, slip: DoubleArray, missing: Vector) -> float:
-        """Return the largest error of slips and loads over their scales, as in `tangential`."""
+    def _residual(
+        self, problem: CoupledProblem, work: DirectContact, slip: DoubleArray, forward: DoubleArray, missing: Vector
+    ) -> float:
+        """Return the largest error of slips and loads over their scales, as in `tangential`.
+
+        forward: the part of the slip along the shear, (n,).
+        """
         moved = work.rigid.copy()
         moved[:3] -= problem.before
         motion = max(problem.motion, float((np.abs(moved) * self._arms).max()), TINY)
         (slip_x, slip_y), (along_x, along_y) = slip.reshape(2, -1), work.direction
-        distance, forward = np.hypot(slip_x, slip_y), slip_x * along_x + slip_y * along_y
-        across = np.abs(slip_x * along_y - slip_y * along_x)
+        distance, across = np.hypot(slip_x, slip_y), np.abs(slip_x * along_y - slip_y * along_x)
         largest = max(float(distance.max()), LEAST_SLIP * motion, problem.least_slip)
         errors = np.where(work.slipping, np.maximum(across / largest, -forward / motion), distance / motion)
         carried = max(float(work.limit.sum()), TINY)
@@ -232,15 +237,16 @@ class DirectSolver:
         )
         return max(float(errors.max()), unbalance / carried)
 
-    def _slide(self, control: LoadControl, work: DirectContact, slip: DoubleArray, missing: Vector) -> bool:
+    def _slide(
+        self, control: LoadControl, work: DirectContact, slip: DoubleArray, forward: DoubleArray, missing: Vector
+    ) -> bool:
         """Change the shear by a Newton step; return whether there is one."""
         self.slidings += 1
         # D4: cells that slip against their shear stick
-        forward = np.einsum("kn,kn->n", slip.reshape(2, -1), work.direction)
         work.let_stick(forward < 0.0)
         # D5: (T11) as a whole. Unknown is the change across the shear of each cell that slips, and along x and y of one
         # that sticks; in the plane of a line contact that along x of each one that sticks
-        along_y = slip[work.cells.count :].any() or missing[1] or not self._is_line
+        along_y = not self._is_line or slip[work.cells.count :].any() or missing[1] or work.direction[1].any()
         work.choose_unknowns(in_plane=not along_y)
         forced = [mode for mode in control.forced_index if along_y or mode == 0]
         right, motions = work.reduced(slip[None])[0], work.reduced(work.cells.motions[forced])
@@ -276,7 +282,10 @@ def _solve(
         if not len(motions):
             return answers[:, 0], loads
         resultants = motions @ answers
-        amplitudes = np.linalg.solve(resultants[:, 1:], loads - resultants[:, 0]).astype(np.float64)
+        if len(motions) == 1 and resultants[0, 1]:  # NumPy's solution takes as long as that of the cells' equations
+            amplitudes = (loads - resultants[:, 0]) / resultants[0, 1]
+        else:
+            amplitudes = np.linalg.solve(resultants[:, 1:], loads - resultants[:, 0]).astype(np.float64)
     except np.linalg.LinAlgError:
         return None
     return answers[:, 0] + answers[:, 1:] @ amplitudes, amplitudes

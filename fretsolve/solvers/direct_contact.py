@@ -72,6 +72,12 @@ class DirectContact:
         x, y = self.direction
         self._first = np.where(self.slipping, -y, 1.0), np.where(self.slipping, x, 0.0)
 
+    def along(self, field: DoubleArray) -> DoubleArray:
+        """Return the part (n,) of a field (2 n,) along the direction of the shear."""
+        count, (x, y) = self.cells.count, self.direction
+        part: DoubleArray = field[:count] * x + field[count:] * y
+        return part
+
     def across(self, fields: DoubleArray) -> DoubleArray:
         """Return fields (m, 2 n) without their part along the direction of the shear."""
         x, y = self.direction
