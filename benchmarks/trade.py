@@ -11,13 +11,18 @@ The page shows the worst error of a run; ``--into`` also writes those of all qua
 The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. The reference is the finest
 run of each study, which has an error of its own; corrected values and those as run are compared with the finest
 corrected run. Cost: operator applications times cells, in millions, which no machine
-changes, and seconds of the processor, of one thread.
+changes, and seconds of the processor, of one thread, with numba unless FRETSOLVE_NUMBA says otherwise. Runs that are
+compared as run and corrected are timed again, in
+turns and with the same kernels: those compiled by numba, and NumPy's.
 """
 
 from __future__ import annotations
 
 import csv
+import math
+import os
 import time
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -27,6 +32,7 @@ from tempfile import gettempdir
 import numpy as np
 from marked import data_file, parser_of, report, write_csv
 
+from fretsolve import run_with_error_bars
 from fretsolve.case.dimensions import percent
 from fretsolve.kernels import readying_seconds
 from fretsolve.simulation import simulation
@@ -68,6 +74,9 @@ CORRECTED = "corrected values"
 CORRECTED_MODES = ("I.3", "II", "III")
 CORRECTED_POINTS, CORRECTED_INCREMENTS = (32, 48, 64, 96, 128, 256), (2, 3, 5, 10, 20, 40)
 """Of runs with corrected values, in graded increments; the finest is the reference."""
+
+TURNS = 3
+"""Times that runs which are compared are timed."""
 
 GOALS = (0.01, 0.001)
 """Errors whose least cost is compared."""
@@ -199,16 +208,37 @@ def print_corrected(modes: Sequence[str], asked: Asked) -> None:
             if row.best or not row.compared:
                 print("|", " | ".join([mode, *_costs(row), _worst(study, row)]), "|")
     print()
-    columns = ("as run: millions, seconds", "corrected: millions, seconds", "saved: applications, seconds")
+    cost, saved = "millions; seconds with numba, NumPy", "applications; seconds with numba, NumPy"
+    columns = (f"as run: {cost}", f"corrected: {cost}", f"saved: {saved}")
     print("| mode | error | of | " + " | ".join(columns) + " |")
     print("| --- " * 6 + "|")
     for mode, study in found.items():
         raw = against(studied(mode, FRONT_ALONE, asked), study)
         for goal in GOALS:
             for names, what in ((_without_sizes(study), "all but sizes of zones"), (("stick_radius",), "stick_radius")):
-                pair = [cheapest(one, names, goal) for one in (raw, study)]
-                saved = _saved(*pair)
-                print("|", " | ".join([mode, percent(goal), what, *map(_cost_text, pair), saved]), "|")
+                one, other = (cheapest(runs, names, goal) for runs in (raw, study))
+                seconds = least_seconds([row for row in (one, other) if row is not None])
+                costs = _cost_text(one, seconds), _cost_text(other, seconds), _saved(one, other, seconds)
+                cells = [mode, percent(goal), what, *costs]
+                print("|", " | ".join(cells), "|", flush=True)
+
+
+def least_seconds(rows: Sequence[AssessedRun]) -> dict[int, list[float]]:
+    """Return the processor time of each of some runs by its `id`, with numba and without: the least of three each.
+
+    They take turns, so that other load on the machine disturbs them alike.
+    """
+    found: dict[int, list[float]] = {id(row): [math.inf, math.inf] for row in rows}
+    for turn in range(1 + TURNS):  # the first one also compiles kernels and plans transforms
+        for kernels, compiled in enumerate((True, False)):
+            for row in rows:
+                setup = replace(row.case.setup, compiled=compiled)
+                began = time.process_time()
+                deque((run_with_error_bars if setup.case.solver.error_bars else simulation.run)(setup), maxlen=0)
+                if turn:
+                    least = found[id(row)]
+                    least[kernels] = min(least[kernels], time.process_time() - began)
+    return found
 
 
 def against(study: Assessment, reference: Assessment) -> Assessment:
@@ -231,19 +261,20 @@ def cheapest(study: Assessment, names: Sequence[str], goal: float) -> AssessedRu
     return min(good, key=work, default=None)
 
 
-def _saved(raw: AssessedRun | None, corrected: AssessedRun | None) -> str:
+def _saved(raw: AssessedRun | None, corrected: AssessedRun | None, seconds: dict[int, list[float]]) -> str:
     """Return how many times more applications and seconds a run takes than a corrected one."""
     if raw is None or corrected is None:
         return "-"
-    ratios = (work(raw) / work(corrected), raw.outcome.seconds / corrected.outcome.seconds)
-    return ", ".join(map(two_digits, ratios)) + " times"
+    times = [one / other for one, other in zip(seconds[id(raw)], seconds[id(corrected)], strict=True)]
+    return f"{two_digits(work(raw) / work(corrected))}; {', '.join(map(two_digits, times))} times"
 
 
-def _cost_text(row: AssessedRun | None) -> str:
+def _cost_text(row: AssessedRun | None, seconds: dict[int, list[float]]) -> str:
     if row is None:
         return "no run"
-    points, increments, millions, seconds = _costs(row)
-    return f"{millions}, {seconds} ({points} points, {increments} increments)"
+    points, increments, millions, _ = _costs(row)
+    times = ", ".join(map(two_digits, seconds[id(row)]))
+    return f"{millions}; {times} ({points} points, {increments} increments)"
 
 
 def print_precisions(modes: Sequence[str], asked: Asked) -> None:
@@ -322,6 +353,7 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path)
     words = parser.parse_args()
     simulation._working_seconds = processor_seconds
+    os.environ.setdefault("FRETSOLVE_NUMBA", "1")  # short runs would choose NumPy, and be compared with long ones
     asked = Asked(tuple(words.points), tuple(words.increments), words.runs)
     parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
     parts[CORRECTED] = partial(print_corrected, words.modes, asked)
