@@ -94,7 +94,7 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
 @main.command()
 @_CASES
 @overrides_option
-@error_bars_option("As a run with --error-bars (solver.error_bars).")
+@error_bars_option("Show what a run with --error-bars would do (solver.error_bars).")
 def validate(overrides: tuple[str, ...], error_bars: bool, **options: Any) -> int:
     """Read each CASE and print what a run would do, without solving.
 

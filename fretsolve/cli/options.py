@@ -210,8 +210,5 @@ def error_bars_option(help_text: str) -> Callable[[Command], Command]:
 
 
 def with_error_bars(overrides: tuple[str, ...], error_bars: bool) -> tuple[str, ...]:
-    """Return the overrides of --set with that of --error-bars, where it is given."""
-    key = "solver.error_bars"
-    if error_bars and any(text.partition("=")[0].strip() == key for text in overrides):
-        raise click.UsageError(f"--error-bars and --set {key} exclude each other.")
-    return (*overrides, f"{key}=true") if error_bars else overrides
+    """Return the overrides of --set and after them, so that it holds, that of --error-bars where it is given."""
+    return (*overrides, "solver.error_bars=true") if error_bars else overrides

@@ -119,7 +119,7 @@ class LineOperator(ElasticOperator):
         return 2.0 * self.compliances.A * self._grid.dx / math.pi
 
     def coefficients(self, name: Influence, shape: tuple[int, int]) -> DoubleArray:
-        """Return an influence (mm/MPa) at the offsets between the grid's strips, from 0 on."""
+        """Return an influence (mm/MPa) at the offsets between strips, from 0 on; shape: that of the operator's grid."""
         return strip_influence(name, self._grid, self.compliances)
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:

@@ -164,8 +164,6 @@ class StaggeredIteration:
             self._touch(increment, work)
             if not self._few_touch(work):
                 return False
-        if start.friction is not None and not self._friction.limit(work.pressure)[work.pressure > 0.0].all():
-            return False  # cells without friction neither stick nor have a direction
         arguments = self._undeformed, self._friction, increment, start, work, self._least_slip
         problem = coupled_problem(*arguments, self.level.operator.dtype)
         presses = self._coupled or start.normal != increment.normal

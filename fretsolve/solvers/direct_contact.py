@@ -62,16 +62,6 @@ class DirectContact:
         self.direction = shear * (self.slipping / np.maximum(length, TINY))
         self.shear = np.where(self.slipping, self.limit * self.direction, shear).ravel()
 
-    def let_stick(self, cells: BoolArray) -> None:
-        """Let slipping cells stick."""
-        self.slipping &= ~cells
-
-    def choose_unknowns(self, in_plane: bool) -> None:
-        """Choose the unknowns of D5; in_plane: whether nothing acts and moves along y in a line contact."""
-        self._in_plane, self._sticking = in_plane, np.flatnonzero(~self.slipping)
-        x, y = self.direction
-        self._first = np.where(self.slipping, -y, 1.0), np.where(self.slipping, x, 0.0)
-
     def along(self, field: DoubleArray) -> DoubleArray:
         """Return the part (n,) of a field (2 n,) along the direction of the shear."""
         count, (x, y) = self.cells.count, self.direction
@@ -86,44 +76,66 @@ class DirectContact:
         rest: DoubleArray = fields - (along[:, None] * self.direction).reshape(fields.shape)
         return rest
 
+    def unknowns(self, in_plane: bool) -> Unknowns:
+        """Return the unknowns of D5; in_plane: whether nothing acts and moves along y in a line contact."""
+        x, y = self.direction
+        first = np.where(self.slipping, -y, 1.0), np.where(self.slipping, x, 0.0)
+        return Unknowns(self, in_plane, np.flatnonzero(~self.slipping), first)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The unknowns of D5 at fixed zones: of each of the n cells across its shear or along x, then along y of `sticking`
+    ones; `in_plane` of a line contact along x of the latter alone.
+
+    first: direction of the unknown of each cell, x and y, (n,).
+    """
+
+    contact: DirectContact
+    in_plane: bool
+    sticking: IndexArray
+    first: tuple[DoubleArray, DoubleArray]
+
     def reduced(self, fields: DoubleArray) -> DoubleArray:
-        """Return fields (m, 2 n) by the unknowns of D5."""
-        if self._in_plane:
-            return fields[:, self._sticking]
-        x, y = fields[:, : self.cells.count], fields[:, self.cells.count :]
-        return np.concatenate([x * self._first[0] + y * self._first[1], y[:, self._sticking]], axis=1)
+        """Return fields (m, 2 n) by the unknowns."""
+        if self.in_plane:
+            return fields[:, self.sticking]
+        count, (first_x, first_y) = self.contact.cells.count, self.first
+        x, y = fields[:, :count], fields[:, count:]
+        return np.concatenate([x * first_x + y * first_y, y[:, self.sticking]], axis=1)
 
     def matrix(self, forward: DoubleArray) -> DoubleArray:
         """Return the matrix of D5; forward: the slip along the shear, (n,)."""
-        count, sticking, influence = self.cells.count, self._sticking, self.cells.tangential
-        if self._in_plane:
+        contact, sticking, (first_x, first_y) = self.contact, self.sticking, self.first
+        count, influence = contact.cells.count, contact.cells.tangential
+        if self.in_plane:
             return influence[sticking[:, None], sticking]
-        first_x, first_y = self._first
         by_first = influence[:, :count] * first_x + influence[:, count:] * first_y
         matrix = np.empty((count + sticking.size, count + sticking.size))
         matrix[:count, :count] = first_x[:, None] * by_first[:count] + first_y[:, None] * by_first[count:]
         matrix[count:, :count] = by_first[count + sticking]
         matrix[:count, count:] = matrix[count:, :count].T
         matrix[count:, count:] = influence[count + sticking[:, None], count + sticking]
-        slipping = np.flatnonzero(self.slipping)
-        matrix[slipping, slipping] += forward[slipping] / self.limit[slipping]
+        slipping = np.flatnonzero(contact.slipping)
+        matrix[slipping, slipping] += forward[slipping] / contact.limit[slipping]
         return matrix
 
     def expanded(self, unknown: DoubleArray) -> DoubleArray:
-        """Return the field (2 n,) of the unknowns of D5."""
-        count = self.cells.count
-        if self._in_plane:
+        """Return the field (2 n,) of values of the unknowns."""
+        count, sticking = self.contact.cells.count, self.sticking
+        if self.in_plane:
             field = np.zeros(2 * count)
-            field[self._sticking] = unknown
+            field[sticking] = unknown
             return field
-        field = np.concatenate([unknown[:count] * self._first[0], unknown[:count] * self._first[1]])
-        field[count + self._sticking] += unknown[count:]
+        field = np.concatenate([unknown[:count] * self.first[0], unknown[:count] * self.first[1]])
+        field[count + sticking] += unknown[count:]
         return field
 
 
 def _follow_neighbours(new: IndexArray, shape: tuple[int, int], shear: DoubleArray, slipping: BoolArray) -> None:
     """Let new cells slip along the sum of the shear of the slipping cells around them, if there are any.
 
+    Cells beyond one half of a mirror image are left out, as that is an estimate.
     new: flat indices; shear: (2, nx ny), slipping: (nx ny,) of a grid of `shape`, changed in place.
     """
     around = np.zeros((2, shape[0] + 2, shape[1] + 2))

@@ -24,7 +24,6 @@ class Cells:
         one, nothing = np.ones(index.size), np.zeros(index.size)
         self.tilts: DoubleArray = np.array([one, y, x])
         self.motions: DoubleArray = np.array([[one, nothing], [nothing, one], [-y, x]]).reshape(3, -1)
-        self._solutions = 0
 
     @cached_property
     def normal(self) -> DoubleArray:
@@ -42,14 +41,11 @@ class Cells:
         return matrix
 
     def pressures(self, displacements: DoubleArray) -> DoubleArray:
-        """Return the pressures (n, k) under which the cells have these uz (n, k).
+        """Return the pressures (n, k) under which the cells have these uz (n, k). Raises LinAlgError."""
+        return np.asarray(np.linalg.solve(self.normal, displacements), np.float64)
 
-        From the second call on they follow from the inverse matrix, which takes two solutions. Increments at a constant
-        load have the same cells in contact. Raises LinAlgError.
-        """
-        self._solutions += 1
-        if self._solutions == 1:
-            return np.asarray(np.linalg.solve(self.normal, displacements), np.float64)
+    def pressures_by_inverse(self, displacements: DoubleArray) -> DoubleArray:
+        """Return the same, by the inverse matrix, which takes two solutions and is kept. Raises LinAlgError."""
         found: DoubleArray = self._inverse @ displacements
         return found
 

@@ -5,7 +5,8 @@ points per side, by Richardson's extrapolation. Three grids show what two hide w
 least value stands for what all three hide (`least_errors`). The error of the increments is what other increments
 change on the coarsest grid. It is added to the run's values, which gives the corrected ones; a part of it stays in
 their error bars. The error of the iteration is the certificate's worst residual.
-``benchmarks/calibrate_error_bars.py`` calibrates the constants; docs/error_bars.md has the outcome.
+``benchmarks/calibrate_error_bars.py`` calibrates the constants. docs/error_bar_estimates.md has all rules, and
+docs/error_bars.md the outcome.
 """
 
 from __future__ import annotations

@@ -23,7 +23,6 @@ USAGE = {
     ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",
     ("run", "case.yaml", "--set"): "fretsolve run: Option '--set' requires an argument. (see fretsolve run --help)",
     ("run", "case.yaml", "--error-bars=yes"): "does not take a value. (see fretsolve run --help)",
-    ("validate", "case.yaml", "--error-bars", "--set", "solver.error_bars=false"): "--set solver.error_bars exclude",
     ("check",): "Missing argument",
     ("export", "out.h5"): "Missing option '--to'. Choose from: vtk, xdmf, csv, npz",
     ("validate",): "Missing argument",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers.direct import DirectSolver
-from fretsolve.solvers.direct_contact import DirectContact
+from fretsolve.solvers.direct_contact import DirectContact, Unknowns
 from fretsolve.solvers.influence_matrices import Cells, InfluenceTables
 
 SHEARED = [
@@ -143,9 +144,7 @@ ALONG_Y = [{"P": 100.0, "Qy": 12.0, "increments": 2}, {"Qx": 20.0, "increments":
 
 
 @pytest.mark.parametrize("bodies", [SIMILAR, DISSIMILAR_STRIPS])
-@pytest.mark.parametrize(
-    "path", [LINE_PATH, [{"P": 100.0, "Qy": 12.0, "increments": 2}, {"Qx": 20.0, "increments": 2}]]
-)
+@pytest.mark.parametrize("path", [LINE_PATH, ALONG_Y])
 def test_line_contact_as_by_conjugate_gradients(
     monkeypatch: pytest.MonkeyPatch, bodies: list[Any], path: list[dict[str, Any]]
 ) -> None:
@@ -194,3 +193,86 @@ def test_a_cell_that_joins_slips_as_its_neighbours_do() -> None:
     assert work.shear[count + np.array(new)].tolist() == [6.0, 0.0]
     work.put_on_circle()
     assert np.hypot(work.shear[new[0]], work.shear[count + new[0]]) == pytest.approx(100.0)
+
+
+def line(path: list[dict[str, Any]], **parts: Any) -> Any:
+    usual = {"bodies": DISSIMILAR_STRIPS, "grid": {"points": 40, "size": 0.32}, "solver": {"tolerance": 1e-8}}
+    return line_case(**usual | parts, load_path=path)
+
+
+LITTLE_MORE = [{"P": 100.0, "increments": 2}, {"P": 100.5, "Qx": 5.0, "increments": 5}, {"P": 100.2, "increments": 2}]
+RESUMED = {
+    "area": small(bodies=DISSIMILAR, friction=0.1, load_path=SHEARED),
+    "line": line(LINE_PATH),
+    "line of like bodies": line(LITTLE_MORE, bodies=SIMILAR),
+}
+
+
+@pytest.mark.parametrize("name", RESUMED)
+def test_a_resumed_run_gives_the_same_bits(name: str) -> None:
+    """Nothing that a solver keeps of earlier increments may change them."""
+    whole = list(run(RESUMED[name]))
+    for count in range(1, len(whole)):
+        history = [state.summary for state in whole[:count]]
+        again = next(run(RESUMED[name], whole[count - 1], history))
+        for field in ("pressure", "shear"):
+            assert np.array_equal(getattr(again.fields, field), getattr(whole[count].fields, field)), (count, field)
+
+
+def test_cells_beyond_the_contact_join_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fretsolve.solvers.direct.MAY_JOIN", 1e9)  # D1 looks beyond in the first step alone
+    joined, solved = [], []
+    penetrates, solve = DirectSolver._penetrates, DirectSolver.solve
+    monkeypatch.setattr(DirectSolver, "_penetrates", lambda *a: joined.append(penetrates(*a)) or joined[-1])
+    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: solved.append(solve(*a, **k)) or solved[-1])
+    states = list(run(line(LINE_PATH)))
+    assert any(joined) and not all(joined)
+    assert all(one is not None for one in solved)
+    assert len(solved) == len(states)  # no increment had to be solved again
+
+
+def test_looking_beyond_the_contact_less_often_saves_applications(monkeypatch: pytest.MonkeyPatch) -> None:
+    def applications() -> int:
+        return sum(state.summary.operator_applications for state in run(line(LINE_PATH)))
+
+    usual = applications()
+    monkeypatch.setattr("fretsolve.solvers.direct.MAY_JOIN", 0.0)
+    assert usual < 0.8 * applications()
+
+
+@pytest.mark.parametrize(("path", "in_plane"), [(LINE_PATH, True), (ALONG_Y, False)])
+def test_unknowns_in_the_plane_are_those_of_sticking_strips(
+    monkeypatch: pytest.MonkeyPatch, path: list[dict[str, Any]], in_plane: bool
+) -> None:
+    sizes: list[tuple[int, int, int]] = []
+    matrix = Unknowns.matrix
+
+    def counted(self: Unknowns, forward: Any) -> Any:
+        found = matrix(self, forward)
+        sizes.append((len(found), self.contact.cells.count, int(np.count_nonzero(~self.contact.slipping))))
+        return found
+
+    monkeypatch.setattr(Unknowns, "matrix", counted)
+    list(run(line(path)))
+    assert sizes
+    assert all(size == (sticking if in_plane else count + sticking) for size, count, sticking in sizes)
+
+
+@pytest.mark.parametrize("friction", [0.02, 0.05])
+@pytest.mark.parametrize("points", [16, 24])
+def test_where_all_strips_slip_one_sticks_again(monkeypatch: pytest.MonkeyPatch, friction: float, points: int) -> None:
+    found = []
+    solve = DirectSolver.solve
+    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: found.append(solve(*a, **k)) or found[-1])
+    case = line([{"P": 100.0, "increments": 4}], friction=friction, grid={"points": points, "size": 0.32})
+    assert all(state.summary.worst_residual < 1e-8 for state in run(case))
+    assert len(found) == 4 and all(one is not None for one in found)
+
+
+def test_cells_without_friction_that_join_are_left_to_the_staggered_iteration() -> None:
+    path = [{"P": 3.0, "increments": 3}, {"Qx": 0.2, "increments": 2}, {"P": 8.0, "increments": 4}]
+    friction = {"expression": "0.3*(abs(x) < 0.024)"}
+    case = build(bodies=DISSIMILAR, grid={"points": 8, "size": 0.4}, friction=friction, load_path=path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(list(run(case))) == 9
