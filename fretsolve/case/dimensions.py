@@ -102,5 +102,5 @@ def cell_counts(shape: tuple[int, int]) -> str:
 
 
 def percent(share: float, digits: int = 2) -> str:
-    """Write a share in per cent, such as ``2.5 %``."""
-    return f"{100.0 * share:.{digits}g} %"
+    """Write a share in per cent with so many digits, such as ``2.5 %`` or ``530 %``."""
+    return f"{float(f'{100.0 * share:.{digits}g}'):g} %"

@@ -282,7 +282,8 @@ class StaggeredIteration:
         factor = load_factor(self._friction_limit, control, self.level.tangential.modes, enough)
         if factor > enough:
             return control
-        settled = not self._coupled or work.change < 1e-4
+        lifted = not self._friction_limit.any() and not work.shear.any()
+        settled = not self._coupled or work.change < 1e-4 or lifted
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
             capacity = float(self._friction_limit.sum()) * self.level.grid.cell_area

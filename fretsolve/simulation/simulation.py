@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,6 +91,9 @@ def states_of(
     starts_with_gap = _starts_with_gap(setup)
     summaries = list(history)
     path = setup.load_path.followed(summaries)
+    # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
+    # edges of the stick zone follow from the increment's, as where cells have slipped before.
+    lost = _loses_contact(summaries)
     while (step := len(summaries)) < (path := path.after(summaries)).increments:
         began = _working_seconds()
         increment = path.increment(step, summaries)
@@ -115,7 +119,8 @@ def states_of(
         if has_unsaved_wisdom():
             save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
-        sizes = contact.sizes(solved, fields.slip) if measured is None or measured(step) else UNMEASURED
+        measures, slip = measured is None or measured(step), np.zeros_like(fields.slip) if lost else fields.slip
+        sizes = contact.sizes(solved, slip) if measures else UNMEASURED
         trend = change = None  # before the arrays of the new state are made
         begin = replace(begin, trend=None)
         last = fields
@@ -131,6 +136,7 @@ def states_of(
             fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
+        lost = lost or _loses_contact(summaries[-2:])
         yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
 
 
@@ -210,6 +216,11 @@ def _trend(change: Change | None, path: LoadPath, summaries: Sequence[Summary]) 
     growth = path.growth(len(summaries))
     assert growth is not None  # else there is no change
     return Trend(growth, change, _rigid(summaries) - _rigid(summaries[:-1]))
+
+
+def _loses_contact(history: Sequence[Summary]) -> bool:
+    """Return whether the contact was lost in one of some increments."""
+    return any(before.contact_cells and not after.contact_cells for before, after in pairwise(history))
 
 
 def _starts_with_gap(setup: ProblemSetup) -> bool:

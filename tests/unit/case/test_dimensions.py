@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
-from fretsolve.case.dimensions import in_small_unit, smaller_unit
+from fretsolve.case.dimensions import in_small_unit, percent, smaller_unit
 from fretsolve.case.history import moment_sign
 
 
@@ -31,3 +33,9 @@ def test_other_units_have_none_that_is_smaller() -> None:
 def test_signs_of_moments_are_told() -> None:
     assert moment_sign(["My"]) == "My > 0 is more pressure at x > 0"
     assert moment_sign(["Mx", "My"]) == "Mx, My > 0 is more pressure at y, x > 0"
+
+
+def test_shares_in_per_cent() -> None:
+    shares = {0.025: "2.5 %", 1e-3: "0.1 %", 0.0: "0 %", 5.34: "530 %", 12.0: "1200 %", math.inf: "inf %"}
+    assert {share: percent(share) for share in shares} == shares
+    assert percent(0.99123, 3) == "99.1 %"

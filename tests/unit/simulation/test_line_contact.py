@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from line_cases import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, line_case, solve_line
+from line_cases import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, SIMILAR, A, line_case, solve_line
 
 from fretsolve import run, run_with_error_bars
 from fretsolve.errors import GridEdgeError, SlidingError
@@ -222,3 +222,36 @@ class TestEdges:
 
     def test_a_contact_that_fills_the_grid_ends_with_it(self):
         assert self.zones([1] * 9, [Zone.STICK] * 9).contact == ((-4.5, 4.5),)
+
+
+LIFTED = [
+    {"P": LOAD},
+    {"Qx": 20.0, "increments": 4},
+    {"Qx": 0.0, "increments": 2},
+    {"P": 0.0, "increments": 2},
+    {"P": LOAD, "increments": 2},
+    {"Qx": 20.0, "increments": 4},
+]
+"""A first shear, a loss of contact, and the same shear again."""
+
+
+@pytest.mark.parametrize("points", [48, 64])
+def test_after_a_loss_of_contact_the_stick_zone_is_that_of_a_first_shear(points: int) -> None:
+    """The slip before it placed the edge 2 % of its radius off."""
+    case = line_case(grid={"points": points, "size": 0.28}, load_path=LIFTED)
+    states = list(run(case))
+    first, again = states[4].summary, states[-1].summary
+    assert states[8].summary.contact_cells == 0
+    assert first.Qx == pytest.approx(again.Qx) == pytest.approx(20.0)
+    assert again.stick_radius == pytest.approx(first.stick_radius, rel=1e-6)
+    assert again.stick_radius == pytest.approx(HERTZ.half_width * math.sqrt(1.0 - 20.0 / (FRICTION * LOAD)), rel=1e-3)
+    resumed = next(run(case, states[11], [state.summary for state in states[:12]]))
+    assert resumed.summary.stick_radius == states[12].summary.stick_radius
+
+
+def test_a_force_that_stays_as_an_imposed_approach_lifts_off_is_gross_slip() -> None:
+    path = [{"delta_z": 5e-3, "increments": 2}, {"Qx": 8.0, "increments": 2}, {"delta_z": 0.0, "increments": 2}]
+    soft = {"young_modulus": 70e3, "poisson_ratio": 0.0}
+    grid = {"points": 32, "size": 1.2}
+    with pytest.raises(SlidingError, match="gross slip under Qx = 8 N/mm: friction carries none of it"):
+        list(run(line_case(bodies=[SIMILAR[0], soft], grid=grid, reference_depth=5.0, load_path=path)))

@@ -245,3 +245,15 @@ def test_work_is_the_sum_of_its_density():
         assert after.summary.work_total - before.summary.work_total == pytest.approx(after.summary.work, abs=1e-15)
         assert (after.fields.work_density >= before.fields.work_density).all()
     assert states[-1].summary.work_total > 0.0
+
+
+@pytest.mark.parametrize("compiled", ["0", "1"])
+def test_after_a_loss_of_contact_the_stick_zone_is_that_of_a_first_shear(monkeypatch, compiled):
+    monkeypatch.setenv("FRETSOLVE_NUMBA", compiled)
+    path = [{"P": 400.0}, {"Qx": 30.0, "increments": 3}, {"Qx": 0.0, "increments": 2}, {"P": 0.0, "increments": 2}]
+    path += [{"P": 400.0}, {"Qx": 30.0, "increments": 3}]
+    found = list(run(build(grid={"points": 40, "size": 0.7}, friction=0.1, load_path=path)))
+    first, again = found[3].summary, found[-1].summary
+    assert found[7].summary.contact_cells == 0 and first.stick_radius < 0.7 * first.contact_radius
+    assert again.stick_radius == pytest.approx(first.stick_radius, rel=1e-5)
+    assert again.stick_half_width_x == pytest.approx(first.stick_half_width_x, rel=1e-5)

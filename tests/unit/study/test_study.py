@@ -251,6 +251,8 @@ def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
     line = write_case(tmp_path, LINE, "line.yaml")
     result = invoke("study", line, "--vary", "grid.points=16,24", "--quantity", "delta_x", "--quantity", "stick_radius")
     assert "left out, since 0 or not known: delta_x@2" in result.stdout
+    free = invoke("study", line, "--vary", "grid.points=16,24", "--quantity", "delta_z")
+    assert "since 0, or displacements of a line contact, which a reference_depth makes known: delta_z@2;" in free.stderr
     alone = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y")
     assert alone.exit_code == 2
     assert alone.stderr.endswith(f"{case}: nothing to compare, since 0: delta_y@4; name others with --quantity\n")
