@@ -36,8 +36,8 @@ applications less on 512 x 512 points, and a first contact one of 13."""
 MOST_DIRECT_CELLS, MOST_DIRECT_STRIPS, MOST_DIRECT_POINTS = 120, 250, 2500
 """Cells in contact, strips of a line contact, and cells of the grid, up to which increments are solved directly without
 compiled kernels. Their time is that of calls up to some 100 cells, and grows with the third power beyond. Runs on
-32 x 32 points with error bars take a fifth less time; line contacts on 32 to 128 points take a half to a third of it,
-on 256 points two thirds. With compiled kernels increments on 32 x 32 points would take a tenth more."""
+32 x 32 points with error bars take a fifth less time; line contacts on 32 to 128 points take a fourth to a half of it,
+on 256 points a half. With compiled kernels increments on 32 x 32 points would take a tenth more."""
 
 NEAR_THE_LIMIT = 0.2
 """A cell slips at first if its coarse cell does and its shear is within this part of the friction limit."""

@@ -282,7 +282,7 @@ class StaggeredIteration:
         factor = load_factor(self._friction_limit, control, self.level.tangential.modes, enough)
         if factor > enough:
             return control
-        lifted = not self._friction_limit.any() and not work.shear.any()
+        lifted = not self._friction_limit.any() and not work.shear.any()  # no shear can bring the contact back
         settled = not self._coupled or work.change < 1e-4 or lifted
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:

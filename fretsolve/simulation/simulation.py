@@ -119,8 +119,9 @@ def states_of(
         if has_unsaved_wisdom():
             save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
-        measures, slip = measured is None or measured(step), np.zeros_like(fields.slip) if lost else fields.slip
-        sizes = contact.sizes(solved, slip) if measures else UNMEASURED
+        sizes = UNMEASURED
+        if measured is None or measured(step):
+            sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
         trend = change = None  # before the arrays of the new state are made
         begin = replace(begin, trend=None)
         last = fields

@@ -52,7 +52,7 @@ class DirectSolver:
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator, self._grid = operator, grid
-        self._modes, self._arms = NormalModes(grid, operator.kernels), NormalModes(grid).arms
+        self._modes = NormalModes(grid, operator.kernels)
         self._tables = InfluenceTables(operator, grid)
         self._uz, self._gap, self._separation = (np.zeros(grid.shape) for _ in range(3))
         self._cells = Cells(np.zeros(0, np.intp), grid, self._tables)
@@ -77,6 +77,8 @@ class DirectSolver:
         self.pressings = self.slidings = 0
         coupled = slides and self.operator.terms.normal_tangential_coupling
         work = self._begin(problem, estimate, slipping)
+        if slides and not work.has_friction:
+            return None
         pressing, beyond = presses, True  # whether D1 presses, and with a look beyond the contact
         for step in range(MOST_STEPS):
             # D1: a pressure that closes the gap
@@ -87,8 +89,8 @@ class DirectSolver:
             # D2: shear on the friction limit where it slips
             if pressing or not step:
                 work.put_on_circle()
-                if not work.limit.all():
-                    return None  # cells without friction neither stick nor have a direction
+                if not work.has_friction:
+                    return None
             # D3: slip (T2), by a fitted motion at first, and missing loads (T3)
             slip = self._slip(problem, work, coupled)
             if not step:
@@ -246,21 +248,24 @@ class DirectSolver:
         """
         moved = work.rigid.copy()
         moved[:3] -= problem.before
-        motion = max(problem.motion, float((np.abs(moved) * self._arms).max()), TINY)
+        motion = max(problem.motion, float((np.abs(moved) * self._modes.arms).max()), TINY)
         (slip_x, slip_y), (along_x, along_y) = slip.reshape(2, -1), work.direction
         distance, across = np.hypot(slip_x, slip_y), np.abs(slip_x * along_y - slip_y * along_x)
         largest = max(float(distance.max()), LEAST_SLIP * motion, problem.least_slip)
         errors = np.where(work.slipping, np.maximum(across / largest, -forward / motion), distance / motion)
         carried = max(float(work.limit.sum()), TINY)
         unbalance = max(
-            (abs(missing[mode]) / self._arms[3 + mode] for mode in problem.tangential.forced_index), default=0.0
+            (abs(missing[mode]) / self._modes.arms[3 + mode] for mode in problem.tangential.forced_index), default=0.0
         )
         return max(float(errors.max()), unbalance / carried)
 
     def _slide(
         self, control: LoadControl, work: DirectContact, slip: DoubleArray, forward: DoubleArray, missing: Vector
     ) -> bool:
-        """Change the shear by a Newton step; return whether there is one."""
+        """Change the shear by a Newton step; return whether there is one.
+
+        slip: (2 n,), its part `forward` along the shear, (n,); missing: loads over a cell's area, (3,).
+        """
         self.slidings += 1
         # D4: cells that slip against their shear stick
         along_y = not self._is_line or slip[work.cells.count :].any() or missing[1] or work.direction[1].any()

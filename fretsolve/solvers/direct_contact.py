@@ -40,8 +40,13 @@ class DirectContact:
     ):
         self._friction, self.contact, self.cells, self.pressure = friction, contact, cells, pressure
         self.shear, self.slipping, self.rigid = shear, slipping, rigid
-        self.limit: FloatArray = pressure
+        self.limit: FloatArray = friction.part(contact).limit(pressure)
         self.direction: DoubleArray = np.zeros((2, cells.count))
+
+    @property
+    def has_friction(self) -> bool:
+        """Whether all cells have friction: others neither stick nor have a direction in which they slip."""
+        return bool(self.limit.all())
 
     def move_to(self, contact: BoolArray, cells: Cells, pressure: DoubleArray) -> None:
         """Take the pressure of cells in contact; one that is new slips as the cells around it do, or sticks."""

@@ -43,6 +43,19 @@ def small(**parts: Any) -> Any:
     return build(**({"grid": {"points": [11, 12], "size": 0.9}, "solver": {"tolerance": 1e-7}} | parts))
 
 
+def line(path: list[dict[str, Any]], **parts: Any) -> Any:
+    usual = {"bodies": DISSIMILAR_STRIPS, "grid": {"points": 40, "size": 0.32}, "solver": {"tolerance": 1e-8}}
+    return line_case(**usual | parts, load_path=path)
+
+
+def recorded(monkeypatch: pytest.MonkeyPatch, name: str) -> list[Any]:
+    """Return a list of what a method of the direct solver will return."""
+    found: list[Any] = []
+    method = getattr(DirectSolver, name)
+    monkeypatch.setattr(DirectSolver, name, lambda *a, **k: found.append(method(*a, **k)) or found[-1])
+    return found
+
+
 def by_conjugate_gradients(monkeypatch: pytest.MonkeyPatch, **parts: Any) -> list[State]:
     return without_direct_solver(monkeypatch, small(**parts))
 
@@ -59,9 +72,7 @@ def without_direct_solver(monkeypatch: pytest.MonkeyPatch, case: Any) -> list[St
 def test_direct_as_by_conjugate_gradients(
     monkeypatch: pytest.MonkeyPatch, parts: dict[str, Any], path: list[dict[str, float]]
 ) -> None:
-    found = []
-    solve = DirectSolver.solve
-    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: found.append(solve(*a, **k)) or found[-1])
+    found = recorded(monkeypatch, "solve")
     parts = {"friction": 0.1, "load_path": path, **parts}
     directly = list(run(small(**parts)))
     assert len(found) == len(directly)
@@ -148,10 +159,8 @@ ALONG_Y = [{"P": 100.0, "Qy": 12.0, "increments": 2}, {"Qx": 20.0, "increments":
 def test_line_contact_as_by_conjugate_gradients(
     monkeypatch: pytest.MonkeyPatch, bodies: list[Any], path: list[dict[str, Any]]
 ) -> None:
-    found = []
-    solve = DirectSolver.solve
-    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: found.append(solve(*a, **k)) or found[-1])
-    case = line_case(bodies=bodies, grid={"points": 40, "size": 0.32}, load_path=path, solver={"tolerance": 1e-8})
+    found = recorded(monkeypatch, "solve")
+    case = line(path, bodies=bodies)
     directly = list(run(case))
     assert len(found) == len(directly) == sum(stage["increments"] for stage in path)
     assert sum(one is None for one in found) <= 1
@@ -195,11 +204,6 @@ def test_a_cell_that_joins_slips_as_its_neighbours_do() -> None:
     assert np.hypot(work.shear[new[0]], work.shear[count + new[0]]) == pytest.approx(100.0)
 
 
-def line(path: list[dict[str, Any]], **parts: Any) -> Any:
-    usual = {"bodies": DISSIMILAR_STRIPS, "grid": {"points": 40, "size": 0.32}, "solver": {"tolerance": 1e-8}}
-    return line_case(**usual | parts, load_path=path)
-
-
 LITTLE_MORE = [{"P": 100.0, "increments": 2}, {"P": 100.5, "Qx": 5.0, "increments": 5}, {"P": 100.2, "increments": 2}]
 RESUMED = {
     "area": small(bodies=DISSIMILAR, friction=0.1, load_path=SHEARED),
@@ -221,10 +225,7 @@ def test_a_resumed_run_gives_the_same_bits(name: str) -> None:
 
 def test_cells_beyond_the_contact_join_in_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fretsolve.solvers.direct.MAY_JOIN", 1e9)  # D1 looks beyond in the first step alone
-    joined, solved = [], []
-    penetrates, solve = DirectSolver._penetrates, DirectSolver.solve
-    monkeypatch.setattr(DirectSolver, "_penetrates", lambda *a: joined.append(penetrates(*a)) or joined[-1])
-    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: solved.append(solve(*a, **k)) or solved[-1])
+    joined, solved = recorded(monkeypatch, "_penetrates"), recorded(monkeypatch, "solve")
     states = list(run(line(LINE_PATH)))
     assert any(joined) and not all(joined)
     assert all(one is not None for one in solved)
@@ -261,9 +262,7 @@ def test_unknowns_in_the_plane_are_those_of_sticking_strips(
 @pytest.mark.parametrize("friction", [0.02, 0.05])
 @pytest.mark.parametrize("points", [16, 24])
 def test_where_all_strips_slip_one_sticks_again(monkeypatch: pytest.MonkeyPatch, friction: float, points: int) -> None:
-    found = []
-    solve = DirectSolver.solve
-    monkeypatch.setattr(DirectSolver, "solve", lambda *a, **k: found.append(solve(*a, **k)) or found[-1])
+    found = recorded(monkeypatch, "solve")
     case = line([{"P": 100.0, "increments": 4}], friction=friction, grid={"points": points, "size": 0.32})
     assert all(state.summary.worst_residual < 1e-8 for state in run(case))
     assert len(found) == 4 and all(one is not None for one in found)
