@@ -146,6 +146,29 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {2: {"work_total": 3.1788e-4, "contact_radius": 0.46451, "stick_radius": 0.46269, "delta_x": 5.3031e-3}},
     ),
+    "slip within a rounding under a load that falls": (
+        {
+            "bodies": [{"young_modulus": 86700.0, "poisson_ratio": 0.41}] * 2,
+            "surface": {"punch": {"radius": 0.277, "edge_radius": 5.54e-3}},
+            "friction": 0.048,
+            "grid": {"points": 28, "size": [0.8114, 0.676]},
+            "load_path": [{"P": 180.9}, {"Qx": 2.084, "increments": 10}, {"P": 108.6, "increments": 10}],
+        },
+        {2: {"work_total": 4.415e-8}, 3: {"work_total": 3.053e-7}},
+    ),
+    "a sphere that three increments press on an unlike body and then shear": (
+        {
+            "bodies": [
+                {"young_modulus": 350200.0, "poisson_ratio": 0.01},
+                {"young_modulus": 1122227.0, "poisson_ratio": 0.04},
+            ],
+            "surface": {"sphere": {"radius": 29.078}},
+            "friction": 0.249,
+            "grid": {"points": 40, "size": [1.9504, 2.1108]},
+            "load_path": [{"P": 5493.0, "increments": 3}, {"Qx": 820.6, "increments": 12}],
+        },
+        {2: {"stick_radius": 0.41887, "delta_x": 2.5885e-3}},
+    ),
     "a moment on a sharp punch": (
         {
             "bodies": [

@@ -49,8 +49,9 @@ turn, and the shear is not at its largest share: an earlier edge lies so close t
 other. BELOW_LARGEST is that of all other radii where the shear is not at its largest share, or has turned: their edge
 moves into cells that earlier loads have sheared."""
 
-FEW_STICK = 0.35
-"""Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them."""
+FEW_STICK, FEW_STICK_LIKE = 0.35, 0.18
+"""Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them;
+between like bodies as of PART_STICK_LIKE 19 of 20 errors were below 0.07 (seeds 54 to 62)."""
 
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
@@ -153,7 +154,8 @@ class ZoneErrors:
             if self.ends:
                 part *= max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
-            few = FEW_STICK * self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
+            few = FEW_STICK_LIKE if like else FEW_STICK
+            few *= self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
             earlier = self._earlier_edge(summary, shear_path) if like else self._opened(summary, shear_path)
             return math.hypot(outline, part, few, earlier, self._thin_annulus(summary), unseen) + width
         return math.hypot(self._contact_radius(summary, outline), unseen)

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from fake_states import fake_states
 from line_cases import line_case
-from solving import build
+from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.case.history import Summary
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.least_errors import DISSIPATED_FACETS, LeastErrors
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_Z, TOTAL
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 
@@ -75,21 +75,39 @@ def test_a_line_contact_counts_its_cells_across() -> None:
 
 
 @pytest.mark.parametrize(
-    ("width", "area", "line"),
+    ("width", "like", "unlike", "line"),
     [
-        (0.1, 0.2 * math.sqrt(0.1) / 0.125, 1.0),
-        (0.6, 0.2, 0.3 / 0.6**1.5),
-        (1.4, 0.12 / 1.4, 0.3 / 1.4**1.5),
-        (4.0, 0.2 * math.sqrt(0.1) / 8.0, 0.0375),
+        (0.1, 0.12 / 0.25, 0.2 * math.sqrt(0.1) / 0.125, 1.0),
+        (0.6, 0.2, 0.2, 0.3 / 0.6**1.5),
+        (1.4, 0.12 / 1.4, 0.12 / 1.4, 0.3 / 1.4**1.5),
+        (4.0, 0.12 * math.sqrt(0.1) / 8.0, 0.2 * math.sqrt(0.1) / 8.0, 0.0375),
     ],
 )
-def test_energy_is_less_certain_the_thinner_the_annulus(width: float, area: float, line: float) -> None:
+def test_energy_is_less_certain_the_thinner_the_annulus(width: float, like: float, unlike: float, line: float) -> None:
     """Over that of the increment; width: in cells. In an annulus of 0.25 cells it is that of 0.25 cells."""
     sheared = replace(ROUND, Qx=100.0, work=1e-3, stick_radius=0.3 - 0.03 * width)
     of_line = replace(LeastErrors.of(set_up(line_case())), cell=(0.03, 0.03))
-    assert least_errors(friction=0.3).energy_at_edge(sheared, 4) == pytest.approx(1e-3 * area, rel=1e-9)
+    for bodies, area in ((SIMILAR, like), (DISSIMILAR, unlike)):
+        least = least_errors(friction=0.3, bodies=bodies)
+        assert least.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * area, rel=1e-9)
     assert of_line.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * line, rel=1e-9)
     assert of_line.energy_at_edge(replace(sheared, stick_radius=0.0), 4) == 0.0
+
+
+def test_pressing_unlike_bodies_moves_them_sideways_by_errors_of_the_cells() -> None:
+    """By a part of what friction or their mismatch shears of the approach, on areas of unlike bodies alone."""
+    largest = np.zeros(len(ESTIMATED))
+    largest[DELTA_Z] = 9e-3
+    sideways, cells = [DELTA_X, DELTA_Y], np.full(len(ESTIMATED), 0.01)
+    for friction, sheared in ((0.05, 0.05), (0.9, 0.1938)):
+        least = np.zeros(len(ESTIMATED))
+        least_errors(friction=friction, bodies=DISSIMILAR)._add_pressed_sideways(least, largest, cells)
+        assert least[sideways] == pytest.approx(0.3 * 0.01 * sheared * 9e-3, rel=3e-4)
+        assert np.count_nonzero(least) == 2
+    for others in (least_errors(friction=0.3, bodies=SIMILAR), LeastErrors.of(set_up(line_case(bodies=DISSIMILAR)))):
+        least = np.zeros(len(ESTIMATED))
+        others._add_pressed_sideways(least, largest, cells)
+        assert not least.any()
 
 
 def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:

@@ -23,6 +23,8 @@ from fretsolve.simulation.error_bars.zone_errors import (
     BELOW_LARGEST,
     CONTACT_EDGE,
     EARLIER_EDGE,
+    FEW_STICK,
+    FEW_STICK_LIKE,
     HELD_EDGE,
     OPENED_STICK,
     UNLIKE_EDGE,
@@ -92,6 +94,20 @@ def test_the_edge_of_like_bodies_is_known_better(sheared: tuple[ProblemSetup, St
     assert unlike.model.coupled
     for other in (unlike, replace(setup, case=build(**VARIED))):
         assert stick_errors(other, state)[0] > 1.5 * stick_errors(setup, state)[0]
+
+
+@pytest.mark.parametrize(("bodies", "least"), [(SIMILAR, FEW_STICK_LIKE), (DISSIMILAR, FEW_STICK)])
+def test_the_edge_of_a_stick_zone_of_few_cells(bodies: Any, least: float) -> None:
+    """It goes with h^2/c of its radius c, and no more once that is less than a cell; all else does not depend on c."""
+    setup = set_up(build(bodies=bodies, grid={"points": 24}, load_path=PATH))
+    *_, state = run(setup)
+    side = setup.grid.dx
+    radii = (0.4, 0.8, 2.0, 4.0)
+    summaries = [replace(state.summary, stick_radius=cells * side) for cells in radii]
+    smallest, small, few, more = (stick_errors(setup, replace(state, summary=one))[0] ** 2 for one in summaries)
+    assert smallest == pytest.approx(small, rel=1e-12)
+    assert small - few == pytest.approx((least * side) ** 2 * (1.0 - 1.0 / 4.0), rel=1e-6)
+    assert few - more == pytest.approx((least * side) ** 2 * (1.0 / 4.0 - 1.0 / 16.0), rel=1e-6)
 
 
 def with_shear_in(state: State, cells: Any, share: float, friction: float) -> State:
