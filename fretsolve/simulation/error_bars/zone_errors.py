@@ -51,7 +51,7 @@ moves into cells that earlier loads have sheared."""
 
 FEW_STICK, FEW_STICK_LIKE = 0.35, 0.18
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them;
-between like bodies as of PART_STICK_LIKE 19 of 20 errors were below 0.07 (seeds 54 to 62)."""
+that on areas between like bodies as of PART_STICK_LIKE, of whose errors 19 of 20 were below 0.07 (seeds 54 to 62)."""
 
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
@@ -154,7 +154,7 @@ class ZoneErrors:
             if self.ends:
                 part *= max(NEAR_GROSS_SLIP / shear_path.left, 1.0)
             part *= ratio**PART_STICK_ORDER * math.sqrt(_slenderness(summary)) * summary.contact_radius
-            few = FEW_STICK_LIKE if like else FEW_STICK
+            few = FEW_STICK_LIKE if like and not self.model.line else FEW_STICK
             few *= self.side * min(self.side / (summary.stick_radius or self.side), 1.0)
             earlier = self._earlier_edge(summary, shear_path) if like else self._opened(summary, shear_path)
             return math.hypot(outline, part, few, earlier, self._thin_annulus(summary), unseen) + width

@@ -90,6 +90,7 @@ def test_energy_is_less_certain_the_thinner_the_annulus(width: float, like: floa
     for bodies, area in ((SIMILAR, like), (DISSIMILAR, unlike)):
         least = least_errors(friction=0.3, bodies=bodies)
         assert least.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * area, rel=1e-9)
+        assert least.energy_at_edge(sheared, 1) == pytest.approx(1e-3 * unlike, rel=1e-9)
     assert of_line.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * line, rel=1e-9)
     assert of_line.energy_at_edge(replace(sheared, stick_radius=0.0), 4) == 0.0
 
