@@ -9,6 +9,7 @@ import numpy as np
 from fretsolve.export.selection import relevant_columns, unit_for_people
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
+from fretsolve.result.verdict import hides_energy
 
 TINY = 1e-3
 """Value over the one that goes with it, below which error bars have not been compared with true errors."""
@@ -48,7 +49,9 @@ def about_tiny_values(result: Result) -> list[str]:
 
 
 def _names(result: Result) -> list[str]:
-    return [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
+    found = [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
+    hidden = found and "work_total" not in found and hides_energy(result.history)
+    return [*found, "work_total"] if hidden else found
 
 
 def _tiny_values(result: Result) -> dict[str, str]:

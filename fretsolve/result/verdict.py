@@ -23,6 +23,9 @@ from fretsolve.system.arrays import DoubleArray, IndexArray
 LEAST_MOTION_SCALE = 1e-3
 """Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
 
+UNSEEN_ENERGY = 1e-11
+"""Error bar over P times the contact radius from which on a dissipated energy of 0 is one that no cell shows."""
+
 SCALES = {
     **dict.fromkeys(("Qx", "Qy"), "the largest tangential force"),
     **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
@@ -53,8 +56,9 @@ class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
     worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether it
-    is that of a corrected value; unbounded: quantities left out, since no bar holds them; advice: key and value of
-    settings with which the accuracy may be met; far: of what it would take more than MOST_REFINED times as many.
+    is that of a corrected value; unbounded: quantities left out, since no bar holds them; unseen: whether the
+    dissipated energy is left out, as it is 0 and may not be; advice: key and value of settings with which the accuracy
+    may be met; far: of what it would take more than MOST_REFINED times as many.
     """
 
     accuracy: float
@@ -63,6 +67,7 @@ class Verdict:
     stage: int
     corrected: bool = False
     unbounded: tuple[str, ...] = ()
+    unseen: bool = False
     advice: str = ""
     far: str = ""
 
@@ -78,6 +83,8 @@ class Verdict:
         of = f"{'the corrected ' * self.corrected}{self.quantity} at the end of stage {self.stage}"
         scale = SCALES.get(self.quantity, "its largest value")
         left_out = f"; {', '.join(self.unbounded)} is unbounded and does not count" if self.unbounded else ""
+        if self.unseen:
+            left_out += "; no cell slips, so that work_total is not known and does not count"
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
         advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
@@ -111,8 +118,17 @@ def verdict(
     of_judged = np.array([bars[name] for name in judged])
     which, end = np.unravel_index(np.argmax(of_judged), of_judged.shape)  # that of NaN, if there is one
     name, worst = judged[which], float(of_judged[which, end])
-    found = Verdict(accuracy, worst, name, int(history["stage"][ends[end]]), columns[name] != name, unbounded)
+    stage, corrected = int(history["stage"][ends[end]]), columns[name] != name
+    found = Verdict(accuracy, worst, name, stage, corrected, unbounded, hides_energy(history))
     return found if found.met else _with_advice(found, known[name], history, int(ends[end]), points)
+
+
+def hides_energy(history: Mapping[str, DoubleArray]) -> bool:
+    """Return whether nothing is dissipated up to the ends of stages, although by the error bar something may be."""
+    ends = stage_ends(history["stage"])
+    found, bars = history["work_total"][ends], history["work_total" + ERROR_SUFFIX][ends]
+    force, radius = (float(history[name][ends].max()) for name in ("P", "contact_radius"))
+    return not found.any() and bool((bars > UNSEEN_ENERGY * force * radius).any())
 
 
 def why_no_bars(history: Mapping[str, DoubleArray]) -> str:

@@ -14,7 +14,7 @@ from bars import ends_of_stages
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, build
 
 from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.tangential import cattaneo_mindlin
+from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin
 from fretsolve.result.state import CORRECTED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
@@ -815,6 +815,21 @@ def test_bars_hold_the_energy_of_a_sheared_sphere(share: float, points: int, acr
     summary, errors = ends_of_stages(build(coupling="none", grid=grid, load_path=path))[2]
     exact = cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential).work_per_cycle / 4.0
     assert abs(summary.work_total - exact) <= errors.work_total_error < 0.1 * exact
+
+
+@pytest.mark.parametrize("increments", [1, 4])
+@pytest.mark.parametrize("points", [24, 28, 36, 44, 50, 64])
+@pytest.mark.parametrize("share", [0.015, 0.03, 0.05, 0.1])
+def test_bars_hold_the_motion_where_an_annulus_slips_that_is_thin(share: float, points: int, increments: int) -> None:
+    """Of like spheres under a little shear or a little torque, whose error grids of all points may hide by chance."""
+    force, torque = share * FRICTION * LOAD, share * gross_slip_torque(HERTZ, FRICTION)
+    sheared = cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential).delta_x
+    turned = lubkin(HERTZ, FRICTION, torque, MATERIAL.torsional).phi_z
+    for name, loads, exact in (("delta_x", {"Qx": force}, sheared), ("phi_z", {"Mz": torque}, turned)):
+        path = [{"P": LOAD}, {**loads, "increments": increments}]
+        summary, errors = ends_of_stages(build(grid={"points": points}, load_path=path))[2]
+        bar = getattr(errors, f"{name}_error")
+        assert abs(getattr(summary, name) - exact) <= bar < (0.02 if name == "delta_x" else 0.06) * exact
 
 
 @pytest.mark.parametrize("points", [24, 48])

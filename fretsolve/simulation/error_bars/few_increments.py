@@ -19,8 +19,9 @@ EARLY_EDGE, EARLY_ORDER, EARLY_ORDER_LINE, SHEARED_EDGE, SHEARED_EDGE_LINE = 0.3
 After k increments it is that over k^EARLY_ORDER, in line contact over k^EARLY_ORDER_LINE: random ones whose stick zone
 fills 0.8 to 0.95 of the contact had 0.04/k to 0.4/k, those of 5 increments as those of 2. Where few cells of the coarse
 grid stick, other increments move none of them. In later stages of a contact that k increments have pressed before shear
-it is SHEARED_EDGE over k, in line contact SHEARED_EDGE_LINE over k: what pressing has left in the surfaces moves the
-edge then, and the half and a quarter of few increments move it alike. A sphere pressed in three had 0.14/k."""
+it is SHEARED_EDGE over k times beta/mu, 1 at most, with Dundurs' beta; in line contact SHEARED_EDGE_LINE over k. What
+pressing has left in the surfaces moves the edge then, and the half and a quarter of few increments move it alike. It
+moves none where all of the contact sticks."""
 
 PRESSED_RADIUS, PRESSED_RADIUS_LINE, PRESSED_FRICTION = 0.05, 0.1, 3.5
 """Least relative error of the contact radius of unlike bodies, over Dundurs' beta and over the number k of increments
@@ -54,8 +55,14 @@ def early_edge(model: Model, summary: Summary, pressed: int) -> float:
     if summary.stage == 1:
         order = EARLY_ORDER_LINE if model.line else EARLY_ORDER
         return EARLY_EDGE * summary.contact_radius / math.pow(summary.step + 1, order)
-    edge = SHEARED_EDGE_LINE if model.line else SHEARED_EDGE
-    return edge * summary.contact_radius / pressed if pressed else 0.0
+    if not (pressed and model.friction):
+        return 0.0
+    if model.line:
+        return SHEARED_EDGE_LINE * summary.contact_radius / pressed
+    if summary.stick_cells == summary.contact_cells:
+        return 0.0
+    part = min(abs(model.compliances.dundurs_constant) / model.friction, 1.0)
+    return SHEARED_EDGE * part * summary.contact_radius / pressed
 
 
 def pressed_radius(model: Model, summary: Summary, pressed: int) -> float:

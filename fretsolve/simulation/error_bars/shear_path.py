@@ -16,6 +16,9 @@ LEAST_LEFT = 0.01
 AT_LARGEST = 0.999
 """Part of the largest share of the shear from which on it counts as there."""
 
+PRESSED_ORDER = 8.0 / 3.0
+"""Power of P with which slip within a rounding dissipates: K^2 d, where d goes with K^(2/3) and K with P."""
+
 TURNS_SEEN = 2
 """Number of increments by which a stage that turns the shear converges later than with the first order."""
 
@@ -50,7 +53,8 @@ class ShearPath:
     friction limit at its end; last_at_edge, at_edge: least error (mJ) of what the last increment and all dissipated,
     by the width of their slip annuli in cells, and as they shear at once what they press.
     A shear that slips within a rounding dissipates what it does up to gross slip times `largest` squared times
-    `length`: it goes with the third power of the way from a reversal, halved.
+    `length`: it goes with the third power of the way from a reversal, halved. last_pressed, pressed: ways of the last
+    increment and of all, each times P^(8/3), the larger one of its ends: what such slip dissipates goes with that of P.
     turning, turned_before: ways across the direction of the shear, over TURNS_SEEN more than the increments of their
     stage: their sum in this stage, and the largest one of earlier stages.
     edges: earlier edges of the stick zone; memory, at_once: how far the shear slips as it changes with the load, and as
@@ -62,6 +66,8 @@ class ShearPath:
     largest: float = 0.0
     way: Shares = (0.0, 0.0, 0.0)
     length: float = 0.0
+    last_pressed: float = 0.0
+    pressed: float = 0.0
     coarsest: float = 0.0
     last_at_edge: float = 0.0
     at_edge: float = 0.0
@@ -77,6 +83,13 @@ class ShearPath:
     def last(self) -> float:
         """The length of the way in the last increment."""
         return math.hypot(*self.way)
+
+    @property
+    def ways_under_load(self) -> tuple[float, float]:
+        """The ways of the last increment and of all, counted by what they dissipate within a rounding under the present
+        P, 0 without one."""
+        present = self.now.P**PRESSED_ORDER if self.now is not None else 0.0
+        return (self.last_pressed / present, self.pressed / present) if present else (0.0, 0.0)
 
     @property
     def left(self) -> float:
@@ -109,6 +122,7 @@ class ShearPath:
             return replace(
                 self,
                 way=(0.0, 0.0, 0.0),
+                last_pressed=0.0,
                 last_at_edge=0.0,
                 memory=NO_SHEAR,
                 at_once=NO_SHEAR,
@@ -126,12 +140,16 @@ class ShearPath:
         turned = self.now.stick_radius if turns and self.now else self.edges.turned
         memory = self.memory.after(summary.P, force, carried / summary.P)
         at_once = self.at_once.after_at_once(summary.P, force, carried / summary.P)
+        largest_load = max(summary.P, self.now.P if self.now is not None else 0.0)
+        last_pressed = last * largest_load**PRESSED_ORDER
         at_edge += _part_of_energy(memory.slipping, at_once.slipping) * summary.work
         return ShearPath(
             at=at,
             largest=max(self.largest, min(math.hypot(*at) + pressed, 1.0)),
             way=way,
             length=self.length + last,
+            last_pressed=last_pressed,
+            pressed=self.pressed + last_pressed,
             coarsest=max(self.coarsest, last / _left(at)),
             last_at_edge=at_edge,
             at_edge=self.at_edge + at_edge,

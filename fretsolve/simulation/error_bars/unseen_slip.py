@@ -28,7 +28,7 @@ flat punches, where the order of magnitude alone is 3 too large and 3 too small.
 SHEARED_CELLS, SHEARED_CELLS_LINE, SHEARED_ORDER = 0.28, 1.0, 1.5
 """Width in cells up to which cells may see nothing of an annulus that shear makes; that in line contact, both of whose
 edges may lie alike in their cells. Of the energy of a wider annulus they miss a part at most that falls with this power
-of the width. Spheres and cylinders missed nearly all of that."""
+of the width. Spheres and cylinders missed up to nearly all of that."""
 
 FLAT_WORK = 1.0
 """What a flat punch dissipates that is pressed against an unlike body, over mu beta (w/a) pm^2 a^3/E*, with the mean
@@ -52,19 +52,15 @@ class UnseenSlip:
     flat: float | None = None
     holes: bool = False
 
-    def at_roundings(self, state: State, share: float, before: Summary | None = None) -> float:
+    def at_roundings(self, state: State, share: float) -> float:
         """Return what slip within roundings that the cells do not see dissipates (mJ), per length of the path.
 
-        share: largest part of the friction limit to which the path has sheared; before: of the increment of the largest
-        P before. The pressure counts as under that: unloading does not take back what has been dissipated.
+        share: largest part of the friction limit to which the path has sheared.
         """
-        friction, modulus, load = self.model.friction, self.model.compliances.contact_modulus, state.summary.P
+        friction, modulus = self.model.friction, self.model.compliances.contact_modulus
         if not share:
             return 0.0
-        pressure = state.fields.pressure
-        if before is not None and before.P > load > 0.0:
-            pressure = pressure * (before.P / load)
-        energies = (edge.hidden_energy(pressure, self.side, modulus, friction) for edge in self.edges)
+        energies = (edge.hidden_energy(state.fields.pressure, self.side, modulus, friction) for edge in self.edges)
         total: float = share**2 * sum(energies)
         return total
 

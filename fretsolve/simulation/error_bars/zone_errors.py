@@ -49,9 +49,10 @@ turn, and the shear is not at its largest share: an earlier edge lies so close t
 other. BELOW_LARGEST is that of all other radii where the shear is not at its largest share, or has turned: their edge
 moves into cells that earlier loads have sheared."""
 
-FEW_STICK, FEW_STICK_LIKE = 0.35, 0.18
+FEW_STICK, FEW_STICK_LIKE = 0.35, 0.22
 """Least error of the stick radius c over h^2/c, as the edge of a stick zone of few cells averages over few of them;
-that on areas between like bodies as of PART_STICK_LIKE, of whose errors 19 of 20 were below 0.07 (seeds 54 to 62)."""
+that on areas between like bodies as of PART_STICK_LIKE: 19 of 20 errors were below 0.07 (seeds 54 to 62), the largest
+of torsions 0.18."""
 
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""

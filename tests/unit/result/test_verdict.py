@@ -36,6 +36,17 @@ def test_unbounded_bars_do_not_count_and_are_named() -> None:
     assert str(missed).endswith("; max_pressure is unbounded and does not count")
 
 
+@pytest.mark.parametrize(("bar", "named"), [(1e-6, True), (1e-12, False)])
+def test_an_energy_that_no_cell_shows_does_not_count_and_is_named(bar: float, named: bool) -> None:
+    """Where the value is 0 and its bar is not, but for rounding."""
+    bars = history(work_total=np.zeros(4), work_total_error=np.full(4, bar))
+    found = verdict({"accuracy": 0.05}, bars)
+    assert found.met
+    assert found.unseen == named
+    assert str(found).endswith("; no cell slips, so that work_total is not known and does not count") == named
+    assert not verdict({"accuracy": 0.05}, history(work_total=[0.0, 0.0, 0.0, 2.0])).unseen
+
+
 def test_advice_is_on_what_the_bar_comes_from() -> None:
     bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
     points = verdict({"accuracy": 0.01}, bars, (30, 60))

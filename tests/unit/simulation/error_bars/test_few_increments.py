@@ -34,7 +34,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y,
 
 RADIUS = 0.3
 PRESSED = [replace(next(fake_states(1)).summary, contact_radius=RADIUS, step=step, stage=1) for step in range(4)]
-SHEARED = replace(PRESSED[0], step=4, stage=2)
+SHEARED = replace(PRESSED[0], step=4, stage=2, contact_cells=300, stick_cells=200)
 
 
 def on_area(bodies: Any) -> Model:
@@ -58,9 +58,18 @@ def test_in_line_contact_it_is_less_certain() -> None:
 
 @pytest.mark.parametrize(("on", "least"), [(on_area, SHEARED_EDGE), (on_line, SHEARED_EDGE_LINE)])
 def test_it_stays_uncertain_in_later_stages(on: Any, least: float) -> None:
-    assert early_edge(on(DISSIMILAR), SHEARED, 4) == pytest.approx(least * RADIUS / 4.0, rel=1e-12)
-    assert early_edge(on(DISSIMILAR), SHEARED, 0) == 0.0  # pressed and sheared at once
-    assert early_edge(on(SIMILAR), SHEARED, 4) == 0.0
+    model = replace(on(DISSIMILAR), friction=0.1)  # less than Dundurs' constant
+    assert early_edge(model, SHEARED, 4) == pytest.approx(least * RADIUS / 4.0, rel=1e-12)
+    assert early_edge(model, SHEARED, 0) == 0.0  # pressed and sheared at once
+    assert early_edge(replace(on(SIMILAR), friction=0.1), SHEARED, 4) == 0.0
+
+
+def test_in_later_stages_it_goes_with_what_pressing_has_left() -> None:
+    """On areas: with Dundurs' constant over the friction, and nothing where all of the contact sticks."""
+    model = on_area(DISSIMILAR)
+    part = abs(model.compliances.dundurs_constant) / 0.9
+    assert early_edge(replace(model, friction=0.9), SHEARED, 4) == pytest.approx(part * SHEARED_EDGE * RADIUS / 4.0)
+    assert early_edge(model, replace(SHEARED, stick_cells=SHEARED.contact_cells), 4) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,13 @@ from solving import DISSIMILAR, SIMILAR, build
 from fretsolve.case.history import Summary
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.error_bars.coarse_runs import values_of
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.error_bars.least_errors import DISSIPATED_FACETS, LeastErrors
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
+from fretsolve.simulation.simulation import run
 
 ROUND = replace(
     next(fake_states(1)).summary,
@@ -90,25 +93,57 @@ def test_energy_is_less_certain_the_thinner_the_annulus(width: float, like: floa
     for bodies, area in ((SIMILAR, like), (DISSIMILAR, unlike)):
         least = least_errors(friction=0.3, bodies=bodies)
         assert least.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * area, rel=1e-9)
-        assert least.energy_at_edge(sheared, 1) == pytest.approx(1e-3 * unlike, rel=1e-9)
+        assert least.energy_at_edge(sheared, 2) == pytest.approx(1e-3 * unlike, rel=1e-9)
     assert of_line.energy_at_edge(sheared, 4) == pytest.approx(1e-3 * line, rel=1e-9)
     assert of_line.energy_at_edge(replace(sheared, stick_radius=0.0), 4) == 0.0
 
 
-def test_pressing_unlike_bodies_moves_them_sideways_by_errors_of_the_cells() -> None:
-    """By a part of what friction or their mismatch shears of the approach, on areas of unlike bodies alone."""
+@pytest.mark.parametrize(("friction", "sheared"), [(0.05, 0.05), (0.9, None)])
+def test_pressing_unlike_bodies_moves_them_sideways_by_errors_of_the_cells(
+    friction: float, sheared: float | None
+) -> None:
+    """By a part of what friction or, if that is less, their mismatch shears of them; like bodies not at all."""
+    path = [{"P": 400.0, "increments": 2}]
+    for bodies in (SIMILAR, DISSIMILAR):
+        setup = set_up(build(grid={"points": 16}, friction=friction, bodies=bodies, load_path=path))
+        *_, state = run(setup)
+        largest = np.abs(values_of(state.summary))
+        least = LeastErrors.of(setup).values(state, largest, ShearPath())[[DELTA_X, DELTA_Y]]
+        if bodies is SIMILAR:
+            assert least == pytest.approx(0.0, abs=1e-12)
+            continue
+        pair, radius = setup.model.compliances, state.summary.contact_radius
+        part = sheared if sheared is not None else abs(pair.dundurs_constant)
+        pressed = part * 400.0 / (pair.contact_modulus * radius)
+        assert least == pytest.approx(0.3 * (setup.grid.dx / radius) ** 2 * pressed, rel=1e-2)
+
+
+def test_a_parted_body_is_not_pressed_sideways() -> None:
+    """An approach may have an offset, or be a gap; the load has none."""
+    least, unlike = np.zeros(len(ESTIMATED)), least_errors(friction=0.3, bodies=DISSIMILAR)
     largest = np.zeros(len(ESTIMATED))
-    largest[DELTA_Z] = 9e-3
-    sideways, cells = [DELTA_X, DELTA_Y], np.full(len(ESTIMATED), 0.01)
-    for friction, sheared in ((0.05, 0.05), (0.9, 0.1938)):
-        least = np.zeros(len(ESTIMATED))
-        least_errors(friction=friction, bodies=DISSIMILAR)._add_pressed_sideways(least, largest, cells)
-        assert least[sideways] == pytest.approx(0.3 * 0.01 * sheared * 9e-3, rel=3e-4)
-        assert np.count_nonzero(least) == 2
-    for others in (least_errors(friction=0.3, bodies=SIMILAR), LeastErrors.of(set_up(line_case(bodies=DISSIMILAR)))):
-        least = np.zeros(len(ESTIMATED))
-        others._add_pressed_sideways(least, largest, cells)
-        assert not least.any()
+    largest[DELTA_Z] = 0.2
+    unlike._add_pressed_sideways(least, largest, np.full(len(ESTIMATED), 0.01))
+    assert not least.any()
+
+
+def test_slip_within_a_rounding_counts_under_the_load_of_its_way() -> None:
+    """Unloading after a shear keeps what has been dissipated; a larger load before any shear dissipates nothing."""
+    punch = {"surface": {"punch": {"radius": 0.5, "edge_radius": 0.01}}, "grid": {"points": 40, "size": 1.2}}
+    bars = []
+    for path in (
+        [{"P": 300.0}, {"Qx": 9.0}],
+        [{"P": 300.0}, {"Qx": 9.0}, {"P": 150.0}],
+        [{"P": 3000.0}, {"P": 300.0}, {"Qx": 9.0}],
+    ):
+        stages = [{**stage, "increments": 1} for stage in path]
+        *_, last = run_with_error_bars(build(**punch, friction=0.3, load_path=stages))
+        assert last.errors is not None and last.summary.work_total == 0.0
+        bars.append(last.errors.work_total_error)
+    sheared, unloaded, relieved = bars
+    assert relieved == pytest.approx(sheared, rel=0.05)
+    # as much way again by the unloading, and the square of the larger share
+    assert unloaded == pytest.approx(2.0 * 2.0**2 * sheared, rel=0.05)
 
 
 def test_energies_that_no_grid_shows_add_up_as_independent_errors() -> None:

@@ -36,6 +36,20 @@ def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
     assert path.left == pytest.approx(0.25)
 
 
+def test_each_way_counts_under_its_own_load() -> None:
+    """With the power 8/3 of the larger P of its ends, over that of now; pressing alone does not count."""
+    path = ShearPath().after(summary(P=1000.0), 100.0, 0.0, 0.0).after(summary(P=400.0), 40.0, 0.0, 0.0)
+    path = path.after(summary(P=400.0, Qx=10.0), 40.0, 0.0, 0.0)
+    assert path.ways_under_load == pytest.approx((0.25, 0.25))
+    path = path.after(summary(P=200.0, Qx=10.0), 20.0, 0.0, 0.0)
+    assert path.ways_under_load == pytest.approx((0.25 * 2.0 ** (8 / 3), 0.5 * 2.0 ** (8 / 3)))
+    assert path.after(summary(P=200.0, Qx=10.0), 20.0, 0.0, 0.0).ways_under_load[0] == 0.0
+    opened = path.after(summary(P=0.0), 0.0, 0.0, 0.0)
+    assert opened.ways_under_load == (0.0, 0.0)
+    again = opened.after(summary(P=200.0, Qx=10.0), 20.0, 0.0, 0.0)
+    assert again.ways_under_load == pytest.approx((0.0, 0.5 * 2.0 ** (8 / 3)))
+
+
 def test_the_smallest_stick_radius_is_that_under_shear():
     path = ShearPath().after(summary(stick_radius=0.0), 0.0, 0.0, 0.0)
     for radius in (0.2, 0.1, 0.15):
