@@ -829,7 +829,7 @@ def test_bars_hold_the_motion_where_an_annulus_slips_that_is_thin(share: float, 
         path = [{"P": LOAD}, {**loads, "increments": increments}]
         summary, errors = ends_of_stages(build(grid={"points": points}, load_path=path))[2]
         bar = getattr(errors, f"{name}_error")
-        assert abs(getattr(summary, name) - exact) <= bar < (0.02 if name == "delta_x" else 0.06) * exact
+        assert abs(getattr(summary, name) - exact) <= bar < (0.02 if name == "delta_x" else 0.08) * exact
 
 
 @pytest.mark.parametrize("points", [24, 48])
