@@ -50,8 +50,8 @@ def about_tiny_values(result: Result) -> list[str]:
 
 def _names(result: Result) -> list[str]:
     found = [name for name in relevant_columns(result) if name + ERROR_SUFFIX in result.history]
-    hidden = found and "work_total" not in found and hides_energy(result.history)
-    return [*found, "work_total"] if hidden else found
+    may_hide = "work_total" not in found and "work_total" + ERROR_SUFFIX in result.history
+    return [*found, "work_total"] if may_hide and hides_energy(result.history) else found
 
 
 def _tiny_values(result: Result) -> dict[str, str]:

@@ -139,7 +139,7 @@ def why_no_bars(history: Mapping[str, DoubleArray]) -> str:
     step = int(unknown[0])
     return (
         f"no error bars from increment {step} (stage {int(history['stage'][step])}) on: a coarse run has no solution"
-        " there; more grid.points or a larger grid.size may do"
+        " there; lower loads near gross slip, more grid.points or a larger grid.size may do"
     )
 
 

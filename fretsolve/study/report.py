@@ -36,7 +36,8 @@ def notes(study: Assessment) -> Iterator[str]:
         else:
             yield f"* no other run is both cheaper and more accurate; errors are against {plan.reference_words}"
             if plan.known is None:
-                yield "that run has an unknown error of its own; errors smaller than that mean nothing"
+                own = "an error of its own, as its bars say" if plan.corrected else "an unknown error of its own"
+                yield f"that run has {own}; errors smaller than that mean nothing"
     if plan.corrected:
         as_run = ", ".join(str(one) for one in study.quantities if plan.column(one) == str(one))
         but = f", but for {as_run}, which no correction helps" if as_run else ""

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from fake_states import fake_header, fake_states, write_fake
 from rich.console import Console
 
@@ -61,6 +62,15 @@ def test_error_bars_at_rounding_are_none(tmp_path: Path) -> None:
     assert cells["P"] == ["±", "0"]
     assert cells["delta_z"] == ["±", f"{1e-3 * result.history['delta_z'][-1]:.1e}"]
     assert cells["max_pressure"][0] == "unknown"
+
+
+@pytest.mark.parametrize(("bar", "shown"), [(1e-3, True), (1e-20, False)])
+def test_an_energy_that_no_cell_shows_is_shown_with_its_bar(tmp_path: Path, bar: float, shown: bool) -> None:
+    result = made_up(tmp_path, work_total=0.0)
+    bars = {"P_error": 0.0, "work_total_error": bar}
+    result.history = {**result.history, **{name: np.full_like(result.history["P"], its) for name, its in bars.items()}}
+    lines = [line.split() for line in printed(result)]
+    assert (["work_total", "0", "±", "1.0e-03", "mJ"] in lines) == shown
 
 
 def test_columns_of_round_off_are_left_out(tmp_path: Path) -> None:

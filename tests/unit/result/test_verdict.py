@@ -98,7 +98,9 @@ def test_verdict_without_bars() -> None:
 
 def test_it_is_told_from_where_on_there_are_no_bars() -> None:
     told = why_no_bars(history(P_error=[0.0, 0.0, math.nan, math.nan]))
-    assert told.startswith("no error bars from increment 2 (stage 2) on: a coarse run has no solution there; more ")
+    assert told.startswith(
+        "no error bars from increment 2 (stage 2) on: a coarse run has no solution there; lower loads near "
+    )
     assert "\n" not in told
     assert why_no_bars(history()) == ""
     assert why_no_bars({name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}) == ""
