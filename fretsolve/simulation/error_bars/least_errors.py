@@ -181,7 +181,7 @@ class LeastErrors:
         if shear_path.turned:
             add_turned(least, largest, shear_path.turned)
         if not self.ends:
-            add_thin_shear(least, self.model, summary, largest, shear_path, self.side)
+            add_thin_shear(least, self._unseen_slip, summary, largest, shear_path)
         if radius and (self.sharp or whole):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
@@ -207,8 +207,8 @@ class LeastErrors:
     def _add_pressed_sideways(self, least: DoubleArray, largest: DoubleArray, cells: DoubleArray) -> None:
         """Add what pressing unlike bodies moves them sideways by errors of the cells; cells: the mean (h/a)^2."""
         pair = self.model.compliances
-        if not (self.model.coupled and largest[CONTACT]) or self.model.line:  # whose displacements have a free constant
-            return
+        if self.model.line or not (self.model.coupled and largest[CONTACT]):
+            return  # the displacements of a line contact have a free constant
         pressed = largest[LOAD] / (pair.contact_modulus * largest[CONTACT])
         sheared = min(abs(pair.dundurs_constant), self.model.friction) * pressed
         sideways = [DELTA_X, DELTA_Y]

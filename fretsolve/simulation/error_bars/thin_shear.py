@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from fretsolve.case.history import Summary
-from fretsolve.model.required_terms import Model
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY
 from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import DoubleArray
 
 SHEARED, TURNED, THIN, ORDER = 0.13, 0.4, 0.5, 1.5
@@ -23,16 +23,17 @@ of nothing to 8 h, three and two had more than that, 1.4 times at most."""
 
 
 def add_thin_shear(
-    least: DoubleArray, model: Model, summary: Summary, largest: DoubleArray, path: ShearPath, side: float
+    least: DoubleArray, unseen: UnseenSlip, summary: Summary, largest: DoubleArray, path: ShearPath
 ) -> None:
-    """Add what cells of `side` (mm) miss of tangential values of round bodies by the edge of a singular shear.
+    """Add what cells miss of tangential values of round bodies by the edge of a singular shear.
 
     largest: largest absolute values so far.
     """
+    model, side = unseen.model, unseen.side
     radius, slipping = summary.contact_radius, path.memory.slipping
     if model.line or not (radius and slipping and path.largest):  # the displacements of a line have a free constant
         return
-    width = (1.0 - (1.0 - min(slipping, 1.0)) ** (1.0 / 3.0)) * radius
+    width = (1.0 - unseen.stick_share(slipping)) * radius
     if model.coupled:  # pressing has slipped, too
         width = max(width, radius - summary.stick_radius)
     # The way since the last turn is at most twice the part that slips.
