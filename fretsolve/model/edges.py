@@ -72,10 +72,15 @@ class Edge:
         least = HARDLY_SEEN * shown * min(max(2.0 - depth / side, 0.0), 1.0)
         return max(PEAK * factor / math.sqrt(depth) - shown, least)
 
-    def is_hardly_seen(self, pressure: FloatArray, side: float, contact_modulus: float) -> bool:
-        """Return whether a rounding is in contact over less than a cell of `side` (mm)."""
+    def cells_in_contact(self, pressure: FloatArray, side: float, contact_modulus: float) -> float:
+        """Return over how many cells of `side` (mm) a rounding is in contact, infinity where it is out of reach."""
         largest = float(np.max(pressure, where=self.near, initial=0.0))
-        return bool(self.radius and largest) and self._depth(_singularity(largest, side), contact_modulus) < side
+        if not (self.radius and largest):
+            return math.inf
+        depth = self._depth(_singularity(largest, side), contact_modulus)
+        if depth >= side:  # then cells see the peak
+            depth = (1.5 * math.pi / PEAK) * largest * self.radius / contact_modulus
+        return depth / side
 
     def hidden_energy(self, pressure: FloatArray, side: float, contact_modulus: float, friction: float) -> float:
         """Return what slip within the rounding dissipates (mJ) as the shear grows up to gross slip there.

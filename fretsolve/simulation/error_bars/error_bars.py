@@ -150,7 +150,9 @@ class ErrorBars:
         linked = np.where(imposed, 0.0, self._linked(most))
         hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
         if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
-            held[SHEAR_LOADS], hidden[SHEAR_LOADS], linked[SHEAR_LOADS] = most[SHEAR_LOADS], 0.0, 0.0
+            room = self._room(summary)
+            held[SHEAR_LOADS] = np.clip(held[SHEAR_LOADS], None, np.maximum(np.abs(most[SHEAR_LOADS]), room))
+            hidden[SHEAR_LOADS], linked[SHEAR_LOADS] = (np.minimum(one[SHEAR_LOADS], room) for one in (hidden, linked))
         left = np.where(imposed, safety, corrected_safety) * held
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
@@ -208,6 +210,11 @@ class ErrorBars:
         """Return what friction carries at most (N), where it varies by an estimate."""
         limit, shear_limit = self._frictions[summary.stage - 1] * summary.P, self._setup.case.friction.shear_limit
         return limit if shear_limit is None else min(limit, shear_limit * summary.contact_area)
+
+    def _room(self, summary: Summary) -> DoubleArray:
+        """Return how far Qx, Qy (N) and Mz (N mm) may be from the friction limit, next to it, (3,)."""
+        force = self._shear_path.to_limit * self._carried(summary)
+        return force * np.array([1.0, 1.0, summary.contact_radius])
 
     def _follow(self, path: LoadPath) -> None:
         """Let the coarse runs leave out the cycles that the run leaves out."""

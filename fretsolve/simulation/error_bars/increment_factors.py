@@ -14,7 +14,17 @@ import numpy as np
 from fretsolve.result.state import Summary
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE
-from fretsolve.simulation.error_bars.quantity_estimates import LINKED, MX, MY, SAFETY, STICK, TOTAL, WORK
+from fretsolve.simulation.error_bars.quantity_estimates import (
+    DELTA_X,
+    DELTA_Y,
+    LINKED,
+    MX,
+    MY,
+    SAFETY,
+    STICK,
+    TOTAL,
+    WORK,
+)
 from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, UNSHEARED, ShearPath
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -45,7 +55,7 @@ slips on one side makes up for most of what slips on the other. The little that 
 doubling of few increments, as on a rough map whose `delta_x` after pressing was 8, 18, 30, 38 and 42 nm with 8 to 128
 increments. Corrected energies, all of whose parts are positive, have a smaller factor."""
 
-NEAR_SLIDING, HIDDEN_ENERGY, HIDDEN_MOTION = 0.15, 0.045, 0.009
+NEAR_SLIDING, HIDDEN_ENERGY, HIDDEN_MOTION, HIDDEN_TURNED = 0.15, 0.045, 0.009, 0.02
 """Part of the friction limit that is left, up to which increments of unlike bodies hide errors from twice and half of
 them; and least relative errors of the energy and of tangential values, over the way of such an increment over what it
 leaves, 1 at most. Pressure and slip act on each other so much there that the energy may hardly change with twice and
@@ -134,22 +144,24 @@ class HiddenNearSliding:
     """The errors that increments of unlike bodies near gross slip hide from twice and half of them.
 
     way: the longest one of an increment there, over what it left of the friction limit, 1 at most; energy, last: least
-    errors (mJ) of what was dissipated up to there, and in the last increment; slides: whether that slides.
+    errors (mJ) of what was dissipated up to there, and in the last increment; slides: whether that slides; turned:
+    whether the shear has turned.
     """
 
     way: float = 0.0
     energy: float = 0.0
     last: float = 0.0
     slides: bool = False
+    turned: bool = False
 
     def after(self, path: ShearPath, summary: Summary) -> HiddenNearSliding:
         """Return this after one more increment, with the path of the shear up to its end."""
-        slides = path.left <= LEAST_LEFT
+        slides, turned = path.left <= LEAST_LEFT, path.turned > UNSHEARED
         if slides or path.left > NEAR_SLIDING:
-            return replace(self, last=0.0, slides=slides)
+            return replace(self, last=0.0, slides=slides, turned=turned)
         way = min(path.last / path.left, 1.0)
         energy = max(self.energy, HIDDEN_ENERGY * way * summary.work_total)
-        return HiddenNearSliding(max(self.way, way), energy, HIDDEN_ENERGY * way * summary.work)
+        return HiddenNearSliding(max(self.way, way), energy, HIDDEN_ENERGY * way * summary.work, turned=turned)
 
     def least(self, largest: DoubleArray) -> DoubleArray:
         """Return the least errors of all values; largest: their largest absolute values so far.
@@ -158,5 +170,8 @@ class HiddenNearSliding:
         """
         motion = np.where(TANGENTIAL, 0.0 if self.slides else HIDDEN_MOTION * self.way, 0.0)
         found: DoubleArray = motion * largest
+        if self.turned and not self.slides:
+            moved = [DELTA_X, DELTA_Y]
+            found[moved] = HIDDEN_TURNED * self.way * math.hypot(*largest[moved])
         found[[WORK, TOTAL]] = self.last, self.energy
         return found

@@ -47,12 +47,14 @@ DISSIPATED, DISSIPATED_FACETS = 0.15, 0.08
 """Least error of the dissipated energy over its own value, over the mean (h/a)^2 of `_cells_over_contact`, and on
 facets of a height map over h/a with the longer side h of a cell and the contact radius a."""
 
-ROUNDED_EDGE = 0.25
+ROUNDED_EDGE, ROUNDED_EDGE_LINE = 0.25, 0.6
 """Least error of radii over h where a rounding is longer than a cell, but in contact over less than one: its cells
-touch or do not touch as a whole. So do those beside holes of a height map, which have no gap."""
+touch or do not touch as a whole. So do those beside holes of a height map, which have no gap. In line contacts both
+edges may lie alike in their cells."""
 
-ROUNDED_EDGE_LINE = 0.6
-"""The same in line contacts, both of whose edges may lie alike in their cells."""
+ROUNDED_CELLS, ROUNDED_CELLS_LINE = 2.0, 1.0
+"""Number of cells over which a rounding is in contact, up to which these hold; of more they fall with the square. On
+areas two errors at 3 cells were 0.1 h, all others there and beyond below 0.03 h."""
 
 RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
@@ -63,9 +65,10 @@ ALONG_X = np.full(len(ESTIMATED), 0.5)
 tilt about y has the lever x, which counts the edge's places by its square."""
 ALONG_X[[MX, PHI_X]], ALONG_X[[MY, PHI_Y]] = 0.25, 0.75
 
-SHARP_MOMENT = 3.0
-"""Least relative error of moments and turns over that of the radius of a sharp outline: at a given turn a moment goes
-with the third power of the radius."""
+SHARP_MOMENT, SHARP_TURN = 3.0, 5.0
+"""Least relative error of moments and of turns over that of the radius of a sharp outline: at a given turn a moment
+goes with the third power of the radius. Turns of sharp punches had errors of up to 7.5 times SHARP_EDGE h/a, those of
+roundings in contact over some cells of up to 4 times that."""
 
 FLATTENED = 0.5
 """Relative error by heights that the cells miss, over the square of the part of the largest pressure that would flatten
@@ -84,6 +87,10 @@ is, and (h/a)^(1/2) is left out. In a first shear 9 of 10 errors were below 0.17
 like bodies without ends in stages of three or more increments, whose errors make up for each other in part: where it
 is most of the bar of `work_total`, 19 of 20 random errors were below 0.08 (300 values of seeds 54 to 62). What the
 coarse runs show comes on top."""
+
+HOLE_SLIP = 3.0
+"""Factor on that in line contacts that reach holes of a height map: the edge of the body, too, lies anywhere in its
+cell, by some h/4. An annulus dissipates with the third power of its width."""
 
 PRESSED_SIDEWAYS = 0.3
 """Least error of the displacements of unlike bodies on areas over (h/a)^2 min(beta, mu) P/E* a, with the largest P and
@@ -164,8 +171,9 @@ class LeastErrors:
         That of the largest pressure is infinite where a sharp tip or edge is in contact.
         """
         summary, holes = state.summary, holes_in_contact(state) if self.maps else None
-        whole = not self.sharp and (holes is not None or self._hardly_shows_edges(state))
-        outline = self._outline(summary, whole)
+        seen = 0.0 if holes is not None else self._cells_of_roundings(state)
+        whole = not self.sharp and seen < 1.0
+        outline = self._outline(summary, seen)
         # Where the contact has opened, the largest one counts: its errors are those that are left.
         radius = summary.contact_radius or float(largest[CONTACT])
         ratio = self.side / radius if radius > self.side else 1.0
@@ -185,6 +193,9 @@ class LeastErrors:
         if radius and (self.sharp or whole):
             place = outline if self.sharp else SHARP_EDGE * self.side
             self._add_sharp_outline(least, largest, place / radius)
+        elif radius and math.isfinite(seen):
+            turned = SHARP_TURN * SHARP_EDGE * self.side / radius * self._hidden_by_rounding(seen)
+            least[TURNS] = np.hypot(least[TURNS], turned * largest[TURNS])
         if holes is not None:
             holes.add_to(least, self.model, summary, largest, self.cell)
         if summary.max_pressure:
@@ -228,9 +239,12 @@ class LeastErrors:
         walked = np.array([shear_path.last, shear_path.length])
         ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
         part = shear_path.last / shear_path.length if shear_path.length else 0.0
+        at_edge = np.array([shear_path.last_at_edge, shear_path.at_edge])
+        if unseen.holes and self.model.line:
+            at_edge *= HOLE_SLIP
         found: DoubleArray = np.linalg.norm(
             [
-                relative * np.array([summary.work, summary.work_total]) + [shear_path.last_at_edge, shear_path.at_edge],
+                relative * np.array([summary.work, summary.work_total]) + at_edge,
                 unseen.energies_of_annulus(summary, shear_path.before),
                 unseen.energies_of_shear(summary, shear_path.largest, walked),
                 unseen.at_roundings(state, shear_path.largest) * np.array(shear_path.ways_under_load),
@@ -248,7 +262,7 @@ class LeastErrors:
         moments, deep = [MX, MY, MZ], math.hypot(outline, self.missed)
         least[moments] = np.hypot(least[moments], SHARP_MOMENT * outline * largest[moments])
         least[BY_AREA] = np.hypot(least[BY_AREA], deep * largest[BY_AREA])
-        least[TURNS] = np.hypot(least[TURNS], SHARP_MOMENT * deep * largest[TURNS])
+        least[TURNS] = np.hypot(least[TURNS], SHARP_TURN * deep * largest[TURNS])
 
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what heights miss that are finer than the cells, but for the largest pressure."""
@@ -259,25 +273,31 @@ class LeastErrors:
         scales[[*CONTACT_EXTENTS, *STICK_EXTENTS]] = summary.contact_radius  # a middle may be at 0
         least += parts * scales
 
-    def _outline(self, summary: Summary, whole: bool) -> float:
+    def _outline(self, summary: Summary, seen: float) -> float:
         """Return the least error (mm) of the radii where a body ends, or where facets bound the contact.
 
-        whole: whether the cells at its edge touch or do not touch as a whole.
+        seen: over how many cells a rounding is in contact, 0 at holes.
         """
         if self.sharp:  # what cells miss of a line contact's width, they miss in its outline
             missed = self.missed * summary.contact_radius if self.model.line else 0.0
             return math.hypot(SHARP_EDGE * self.side, missed)
-        if whole:
-            return (ROUNDED_EDGE_LINE if self.model.line else ROUNDED_EDGE) * self.side
-        if not (self.ridges and summary.contact_radius):
-            return 0.0
+        most = ROUNDED_EDGE_LINE if self.model.line else ROUNDED_EDGE
+        rounded = most * self._hidden_by_rounding(seen) * self.side
+        if seen < 1.0 or not (self.ridges and summary.contact_radius):
+            return rounded
         last = summary.max_pressure * math.sqrt(2.0 * min(self.side / summary.contact_radius, 0.5))
-        return min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side
+        return math.hypot(rounded, min(RIDGE_EDGE * self.ridges / last, ROUNDED_EDGE) * self.side)
 
-    def _hardly_shows_edges(self, state: State) -> bool:
-        """Return whether a rounding longer than a cell is in contact over less than one."""
+    def _hidden_by_rounding(self, seen: float) -> float:
+        """Return how much of the least errors at a rounding there is where that is in contact over `seen` cells."""
+        cells = ROUNDED_CELLS_LINE if self.model.line else ROUNDED_CELLS
+        return (cells / max(seen, cells)) ** 2
+
+    def _cells_of_roundings(self, state: State) -> float:
+        """Return over how many cells a rounding is in contact, infinity where none is."""
         modulus = self.model.compliances.contact_modulus
-        return any(edge.is_hardly_seen(state.fields.pressure, self.side, modulus) for edge in self.edges)
+        found = (edge.cells_in_contact(state.fields.pressure, self.side, modulus) for edge in self.edges)
+        return min(found, default=math.inf)
 
     def unseen_middle(self, summary: Summary) -> float:
         """Return the least error (mm) of the displacements of unlike bodies that are tilted, or 0.

@@ -92,8 +92,13 @@ class ShearPath:
         return (self.last_pressed / present, self.pressed / present) if present else (0.0, 0.0)
 
     @property
+    def to_limit(self) -> float:
+        """The part of the friction limit that is left, 0 where the bodies slide."""
+        return max(1.0 - math.hypot(*self.at), 0.0)
+
+    @property
     def left(self) -> float:
-        """The part of the friction limit that is left, LEAST_LEFT at least."""
+        """The same, LEAST_LEFT at least."""
         return _left(self.at)
 
     @property

@@ -21,6 +21,10 @@ CONTACT_EDGE, MAP_EDGE, MAP_EDGE_LINE = 0.0075, 0.01, 0.06
 same. MAP_EDGE_LINE is that of line contacts on waves, whose two edges nothing averages: waves of 4 to 16 cells had up
 to 0.053."""
 
+DOUBTFUL_CELL, DOUBTFUL_GAP, DOUBTFUL_PRESSURE = 0.5, 2, 0.03
+"""Least error of the half-width of such a contact over h for each place between two waves where it may be open or
+closed: gaps of up to DOUBTFUL_GAP cells, and troughs of a pressure below DOUBTFUL_PRESSURE times the largest one."""
+
 UNLIKE_EDGE = 0.4
 """Least error of the contact radius of unlike bodies in line contact, over e h. Slip changes the order of the pressure
 at the edge from 1/2 by e = atan(beta mu)/pi with Dundurs' beta. Both edges may lie alike in their cells. On 24 to 64
@@ -129,10 +133,13 @@ class ZoneErrors:
         rises = np.diff(pressure, prepend=0.0, append=0.0) > 0.0
         if np.count_nonzero(rises[:-1] & ~rises[1:]) <= 1:
             return 0.0
-        ends = np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False))
-        parts = np.diff(ends)[::2] if len(ends) > 2 else np.array([])
+        lengths = np.diff(np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False)))
+        parts, gaps = lengths[::2] if len(lengths) > 1 else lengths[:0], lengths[1::2]
         few = 2.0 * FEW_CELLS / np.maximum(parts, 2.0 * FEW_CELLS)
-        return math.hypot(MAP_EDGE_LINE, float(np.linalg.norm(FEW_CONTACT * few**FEW_ORDER))) * self.side
+        troughs = ~rises[:-1] & rises[1:] & (pressure > 0.0) & (pressure < DOUBTFUL_PRESSURE * pressure.max())
+        doubtful = np.count_nonzero(gaps <= DOUBTFUL_GAP) + np.count_nonzero(troughs)
+        by_parts = float(np.linalg.norm(FEW_CONTACT * few**FEW_ORDER))
+        return math.hypot(MAP_EDGE_LINE, by_parts, DOUBTFUL_CELL * math.sqrt(doubtful)) * self.side
 
     @property
     def _unlike_edge(self) -> float:
