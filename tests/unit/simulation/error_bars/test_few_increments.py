@@ -20,6 +20,7 @@ from fretsolve.simulation.error_bars.few_increments import (
     PRESSED_FRICTION,
     PRESSED_RADIUS,
     PRESSED_RADIUS_LINE,
+    PRESSED_STICKING,
     SHEARED_EDGE,
     SHEARED_EDGE_LINE,
     TURNED,
@@ -91,11 +92,17 @@ def test_the_contact_radius_of_unlike_bodies_is_uncertain_after_few_increments_t
 
 
 def test_energy_that_few_increments_press_is_too_large() -> None:
-    for summary in (replace(one, work_total=2e-3) for one in PRESSED):
-        least = PRESSED_ENERGY * 2e-3 / (summary.step + 1) ** 1.5
-        assert pressed_energy(on_area(DISSIMILAR), summary) == pytest.approx(least, rel=1e-12)
-        assert pressed_energy(on_area(SIMILAR), summary) == 0.0
+    for share, at_once in ((0.0, PRESSED_ENERGY), (0.5, PRESSED_ENERGY + PRESSED_STICKING)):
+        for summary in (replace(one, work_total=2e-3, stick_radius=share * RADIUS) for one in PRESSED):
+            least = 2e-3 * min(at_once / (summary.step + 1) ** 1.5, 1.0)
+            assert pressed_energy(on_area(DISSIMILAR), summary) == pytest.approx(least, rel=1e-12)
+            assert pressed_energy(on_area(SIMILAR), summary) == 0.0
     assert pressed_energy(on_area(DISSIMILAR), replace(SHEARED, work_total=2e-3)) == 0.0
+
+
+def test_where_all_sticks_all_that_pressing_dissipates_is_uncertain() -> None:
+    summary = replace(PRESSED[3], work_total=2e-3, stick_radius=RADIUS)
+    assert pressed_energy(on_area(DISSIMILAR), summary) == 2e-3
 
 
 def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
