@@ -13,7 +13,7 @@ import math
 import fretsolve
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.unseen_slip import FLAT_WORK
+from fretsolve.simulation.error_bars.least_errors.unseen_slip import FLAT_WORK
 
 RADIUS, LOAD = 0.27315, 221.2
 POINTS = (24, 48, 96, 192, 384)

@@ -18,8 +18,8 @@ import numpy as np
 
 import fretsolve
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars import least_errors
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.error_bars.least_errors import least_errors
 
 STEEL = "{young_modulus: 200 GPa, poisson_ratio: 0.3}"
 CASE = """\

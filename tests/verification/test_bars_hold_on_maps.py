@@ -19,7 +19,7 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.coarse_runs import values_of
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.error_bars.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
 

@@ -32,7 +32,7 @@ from fretsolve.simulation.error_bars.increment_factors import (
     moved_sideways,
     pressed_at_once,
 )
-from fretsolve.simulation.error_bars.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.missed_motion import NOTHING_MISSED, MissedMotion, of_unloading
 from fretsolve.simulation.error_bars.path_points import at_point
 from fretsolve.simulation.error_bars.quantity_estimates import (

@@ -25,9 +25,9 @@ from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import coarse_runs
 from fretsolve.simulation.error_bars.coarse_runs import CoarseRun, CoarseRuns, coarser
 from fretsolve.simulation.error_bars.error_bars import LIKE_SHOWN, ErrorBars, frictions_of, run_with_error_bars
+from fretsolve.simulation.error_bars.least_errors.zone_errors import UNSEEN_STICK
 from fretsolve.simulation.error_bars.path_points import PathPoint, common_points
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT_EXTENTS, SMOOTH_SHOWN
-from fretsolve.simulation.error_bars.zone_errors import UNSEEN_STICK
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""

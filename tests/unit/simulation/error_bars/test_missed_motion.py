@@ -13,7 +13,7 @@ from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.result.state import ESTIMATED, Summary
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.least_errors import STRETCH, LeastErrors
+from fretsolve.simulation.error_bars.least_errors.least_errors import STRETCH, LeastErrors
 from fretsolve.simulation.error_bars.missed_motion import (
     LATE,
     LATE_EDGE,

@@ -17,10 +17,10 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.coarse_runs import values_of
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.error_bars.least_errors import DISSIPATED_FACETS, LeastErrors
+from fretsolve.simulation.error_bars.least_errors.least_errors import DISSIPATED_FACETS, LeastErrors
+from fretsolve.simulation.error_bars.least_errors.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
-from fretsolve.simulation.error_bars.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
 from fretsolve.simulation.simulation import run
 
 ROUND = replace(

@@ -11,9 +11,9 @@ from fretsolve.case.history import Summary
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State, Zone
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
 from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
-from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
 
 CONTACT_EDGE, MAP_EDGE, MAP_EDGE_LINE = 0.0075, 0.01, 0.06

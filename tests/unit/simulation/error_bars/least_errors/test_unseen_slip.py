@@ -19,7 +19,7 @@ from fretsolve import run
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
+from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 
 MODEL = set_up(build(bodies=DISSIMILAR, friction=0.3, grid={"points": 16})).model
 

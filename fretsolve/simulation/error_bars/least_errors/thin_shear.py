@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 from fretsolve.case.history import Summary
+from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY
 from fretsolve.simulation.error_bars.shear_path import ShearPath
-from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 from fretsolve.system.arrays import DoubleArray
 
 SHEARED, TURNED, THIN, ORDER = 0.13, 0.4, 0.5, 1.5

@@ -15,7 +15,12 @@ from solving import DISSIMILAR, SIMILAR, build
 from fretsolve.model.edges import rounding
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.moments import MOMENT, MOMENT_LINE, MOMENT_SHEARED, add_moments_and_tilts
+from fretsolve.simulation.error_bars.least_errors.moments import (
+    MOMENT,
+    MOMENT_LINE,
+    MOMENT_SHEARED,
+    add_moments_and_tilts,
+)
 from fretsolve.simulation.error_bars.quantity_estimates import MX, MY, MZ, PHI_Y, QX
 
 ROUND = replace(next(fake_states(1)).summary, P=400.0, contact_radius=0.3)

@@ -12,8 +12,14 @@ from solving import DISSIMILAR, SIMILAR, build
 from fretsolve.model.edges import Edge
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.least_errors import LeastErrors
-from fretsolve.simulation.error_bars.map_holes import HOLE_MOMENT, HOLE_MOTION, HOLE_TILT, Holes, holes_in_contact
+from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.least_errors.map_holes import (
+    HOLE_MOMENT,
+    HOLE_MOTION,
+    HOLE_TILT,
+    Holes,
+    holes_in_contact,
+)
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, MX, MY, MZ, QX, QY, TILTS
 
 ROUND = replace(next(fake_states(1)).summary, P=400.0, contact_radius=0.3, max_pressure=2000.0)

@@ -15,9 +15,12 @@ from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.few_increments import add_turned
-from fretsolve.simulation.error_bars.hidden_pressure import HiddenPressure
-from fretsolve.simulation.error_bars.map_holes import Holes, holes_in_contact
-from fretsolve.simulation.error_bars.moments import add_moments_and_tilts
+from fretsolve.simulation.error_bars.least_errors.hidden_pressure import HiddenPressure
+from fretsolve.simulation.error_bars.least_errors.map_holes import Holes, holes_in_contact
+from fretsolve.simulation.error_bars.least_errors.moments import add_moments_and_tilts
+from fretsolve.simulation.error_bars.least_errors.thin_shear import add_thin_shear
+from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
+from fretsolve.simulation.error_bars.least_errors.zone_errors import SHARP_EDGE, ZoneErrors
 from fretsolve.simulation.error_bars.quantity_estimates import (
     BY_AREA,
     CONTACT,
@@ -38,9 +41,6 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     WORK,
 )
 from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
-from fretsolve.simulation.error_bars.thin_shear import add_thin_shear
-from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
-from fretsolve.simulation.error_bars.zone_errors import SHARP_EDGE, ZoneErrors
 from fretsolve.system.arrays import DoubleArray
 
 DISSIPATED, DISSIPATED_FACETS = 0.15, 0.08

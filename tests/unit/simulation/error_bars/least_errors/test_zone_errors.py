@@ -15,10 +15,8 @@ from solving import DISSIMILAR, SIMILAR, build
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.error_bars.least_errors import LeastErrors
-from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
-from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
-from fretsolve.simulation.error_bars.zone_errors import (
+from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.least_errors.zone_errors import (
     AT_LIMIT,
     BELOW_LARGEST,
     CONTACT_EDGE,
@@ -30,6 +28,8 @@ from fretsolve.simulation.error_bars.zone_errors import (
     UNLIKE_EDGE,
     ZoneErrors,
 )
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
+from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
 from fretsolve.simulation.simulation import run
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 1}]

@@ -13,7 +13,7 @@ from line_cases import LOAD, line_case
 from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars.hidden_pressure import (
+from fretsolve.simulation.error_bars.least_errors.hidden_pressure import (
     KINK,
     KINK_LINE,
     SLIP_MEETS,
@@ -21,7 +21,7 @@ from fretsolve.simulation.error_bars.hidden_pressure import (
     HiddenPressure,
     _drop_beside_peak,
 )
-from fretsolve.simulation.error_bars.least_errors import LeastErrors
+from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.simulation import run
 
 PEAK = np.array([[1.0, 2.0, 1.0], [4.0, 6.0, 5.0], [0.0, 3.0, 0.0]])

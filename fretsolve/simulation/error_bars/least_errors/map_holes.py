@@ -11,7 +11,7 @@ from fretsolve.case.history import Summary
 from fretsolve.model.edges import Edge
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State
-from fretsolve.simulation.error_bars.moments import add_moment_of_line
+from fretsolve.simulation.error_bars.least_errors.moments import add_moment_of_line
 from fretsolve.simulation.error_bars.quantity_estimates import (
     DELTA_X,
     DELTA_Y,

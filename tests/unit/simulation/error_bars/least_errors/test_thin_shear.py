@@ -12,9 +12,9 @@ from solving import DISSIMILAR, build
 
 from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.error_bars import thin_shear
+from fretsolve.simulation.error_bars.least_errors import thin_shear
+from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, PHI_Z, QX
-from fretsolve.simulation.error_bars.unseen_slip import UnseenSlip
 
 LIKE = set_up(build(friction=0.3, grid={"points": 16})).model
 UNLIKE = set_up(build(bodies=DISSIMILAR, friction=0.3, grid={"points": 16})).model
