@@ -38,7 +38,7 @@ ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
 slip otherwise."""
 
-ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.5, 3.5
+ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.9, 3.5
 """The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
 them; where only the former has, they have the factors above."""
 
@@ -47,7 +47,7 @@ LONG_STEP, LONG, CORRECTED_LONG = 0.5, 4.0, 1.8
 these factors, as run and corrected. What slips grows with a power of what is left of the limit, and longer increments
 do not show the first order yet: near gross slip the corrections made up for a quarter to a third of the errors."""
 
-SIDEWAYS, ASKEW, CORRECTED_ASKEW, CORRECTED_ASKEW_ENERGY = 1e-5, 4.0, 2.5, 2.0
+SIDEWAYS, ASKEW, CORRECTED_ASKEW, CORRECTED_ASKEW_ENERGY = 1e-5, 4.0, 2.9, 2.0
 LONG_ASKEW, CORRECTED_LONG_ASKEW = 6.0, 3.0
 """Way sideways over delta_z by which pressing alone moves unlike bodies whose contact is not symmetric, and the factors
 of tangential values and energies from then on, as run and corrected, and of tangential values after a long step. What

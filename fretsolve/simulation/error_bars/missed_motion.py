@@ -42,7 +42,7 @@ LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
 relative one of the energy dissipated in it and later, over that part, 1 at most; and those of its stick radius, and of
 later ones, over what it adds to the contact radius."""
 
-UNLOADED, APPROACH = 0.3, 0.8
+UNLOADED, APPROACH = 0.34, 0.8
 """Least relative error of the contact radius of unlike bodies that are unloaded, over (beta mu / (mu + beta))^2 and one
 over the increments that pressed up to that load. Where all sticks, an unloading goes back to the states that few
 increments had pressed. And of the approach, over that of the radius, also where few increments press."""

@@ -10,6 +10,10 @@ from fretsolve.case.history import EXTENTS, TANGENTIAL
 from fretsolve.result.state import ESTIMATED
 from fretsolve.system.arrays import DoubleArray
 
+ALL = 1.2
+"""Least relative error, at most, of energies of which nothing is known: all of them, and room for the factor on the sum
+of all parts (`error_bars.WIDTH`)."""
+
 
 @dataclass(frozen=True)
 class QuantityEstimate:
@@ -34,7 +38,7 @@ class QuantityEstimate:
 
 
 # Their edges, where the pressure falls smoothly, are found to a small part of a cell, on all grids.
-BY_LOAD = QuantityEstimate(order=1.2, smooth_order=2.0, smooth_shown=0.9)
+BY_LOAD = QuantityEstimate(order=1.2, floor=0.08, smooth_order=2.0, smooth_shown=1.0)
 # Their change by the increments on the coarse grid is mostly that of the edge within the cells. What grids show of them
 # counts in full also between like bodies.
 END_OF_ZONE = QuantityEstimate(order=0.9, smooth_order=0.9, shown=1.0, smooth_shown=1.25, safety=2.0)
@@ -44,7 +48,7 @@ DIFFERENT = {
     **dict.fromkeys(("P", "delta_z"), BY_LOAD),
     "contact_radius": QuantityEstimate(smooth_order=2.0, smooth_shown=0.75),
     "stick_radius": QuantityEstimate(shown=0.75, smooth_shown=0.75, safety=1.0, linked=0.22),
-    "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.19),
+    "max_pressure": replace(BY_LOAD, smooth_shown=1.0, floor=0.22),
     **dict.fromkeys(EXTENTS, END_OF_ZONE),
     **dict.fromkeys(("phi_x", "phi_y"), QuantityEstimate(smooth_shown=0.7)),
     **dict.fromkeys(("work", "work_total"), ENERGY),

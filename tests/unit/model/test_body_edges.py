@@ -10,7 +10,7 @@ import pytest
 from solving import build
 
 from fretsolve.case.keys.surface_specs import PunchSurface
-from fretsolve.model.edges import Edge, edges, flat_part, missed_area, rounding
+from fretsolve.model.edges import PEAK, Edge, edges, flat_part, missed_area, rounding
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings
 
@@ -40,6 +40,24 @@ def test_tip_of_a_cone_is_one() -> None:
     assert tip.hidden_pressure(pressure, 0.03, 1e5) == 0.0
     pressure[20, 20] = 1.0
     assert math.isinf(tip.hidden_pressure(pressure, 0.03, 1e5))
+
+
+@pytest.mark.parametrize("cells", [0.1, 0.5, 1.2, 3.0, 8.0])
+def test_a_rounding_is_in_contact_over_some_cells(cells: float) -> None:
+    """Of K / s^(1/2) the last cell shows the mean over itself; in contact over more than one, cells see the peak."""
+    side, modulus, radius = 0.03, 1e5, 0.2
+    edge = Edge(radius, np.ones((3, 1), dtype=bool))
+    depth = cells * side
+    factor = 2.0 * modulus * depth**1.5 / (3.0 * math.pi * radius)
+    shown = 2.0 * factor / math.sqrt(side) if cells < 1.0 else PEAK * factor / math.sqrt(depth)
+    pressure = np.array([[0.3], [0.6], [1.0]]) * shown
+    assert edge.cells_in_contact(pressure, side, modulus) == pytest.approx(cells, rel=1e-12)
+
+
+def test_a_rounding_out_of_reach_or_a_sharp_edge_is_in_contact_over_no_number_of_cells() -> None:
+    apart = Edge(0.2, np.array([[False], [True]]))
+    assert math.isinf(apart.cells_in_contact(np.array([[5.0], [0.0]]), 0.03, 1e5))
+    assert math.isinf(Edge(0.0, np.ones((2, 1), dtype=bool)).cells_in_contact(np.ones((2, 1)), 0.03, 1e5))
 
 
 def test_peak_at_a_rounded_edge_is_that_of_the_singular_integral() -> None:

@@ -24,12 +24,12 @@ PEAK = 3.0
 independent Gaussian peaks in contact, here a hundred. A sine has 1.4, which partial contact does not exceed, and two
 sines across each other have 2."""
 
-BETWEEN_CELLS, IN_CELLS = 1.0 / 24.0, 1.0 / 24.0
+BETWEEN_CELLS, IN_CELLS = 1.0 / 22.0, 1.0 / 22.0
 """Least error of the largest pressure on a height map over its second differences there, along x and y. A parabola is
 higher by so much than the cell nearest to its top, on average, and the mean of a wave over a cell misses its middle by
 as much."""
 
-SLIP_MEETS = 1.4
+SLIP_MEETS = 1.45
 """By how much slip towards a stick zone that no cell sees raises the largest pressure at most, over mu beta p (1 +
 ln(h/c)) with the radius c of that zone. Compared with fine grids it was up to 1.2 times that without the logarithm."""
 

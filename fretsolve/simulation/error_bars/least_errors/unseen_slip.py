@@ -14,7 +14,7 @@ from fretsolve.result.state import State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.system.arrays import DoubleArray
 
-HIDDEN_SLIP = 0.5
+HIDDEN_SLIP = 0.56
 """Energy that slip within the cells at a sharp edge dissipates, over A h / E* times the sum of (mu p)^2 times what the
 shear goes beyond it, with the area A and the shorter side h of a cell."""
 

@@ -31,7 +31,7 @@ from fretsolve.simulation.error_bars.few_increments import (
     pressed_energy,
     pressed_radius,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY, TOTAL, WORK
+from fretsolve.simulation.error_bars.quantity_estimates import ALL, DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY, TOTAL, WORK
 
 RADIUS = 0.3
 PRESSED = [replace(next(fake_states(1)).summary, contact_radius=RADIUS, step=step, stage=1) for step in range(4)]
@@ -94,7 +94,7 @@ def test_the_contact_radius_of_unlike_bodies_is_uncertain_after_few_increments_t
 def test_energy_that_few_increments_press_is_too_large() -> None:
     for share, at_once in ((0.0, PRESSED_ENERGY), (0.5, PRESSED_ENERGY + PRESSED_STICKING)):
         for summary in (replace(one, work_total=2e-3, stick_radius=share * RADIUS) for one in PRESSED):
-            least = 2e-3 * min(at_once / (summary.step + 1) ** 1.5, 1.0)
+            least = 2e-3 * min(at_once / (summary.step + 1) ** 1.5, ALL)
             assert pressed_energy(on_area(DISSIMILAR), summary) == pytest.approx(least, rel=1e-12)
             assert pressed_energy(on_area(SIMILAR), summary) == 0.0
     assert pressed_energy(on_area(DISSIMILAR), replace(SHEARED, work_total=2e-3)) == 0.0
@@ -102,7 +102,7 @@ def test_energy_that_few_increments_press_is_too_large() -> None:
 
 def test_where_all_sticks_all_that_pressing_dissipates_is_uncertain() -> None:
     summary = replace(PRESSED[3], work_total=2e-3, stick_radius=RADIUS)
-    assert pressed_energy(on_area(DISSIMILAR), summary) == 2e-3
+    assert pressed_energy(on_area(DISSIMILAR), summary) == ALL * 2e-3
 
 
 def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:

@@ -25,6 +25,7 @@ from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_SAFETY,
     HIDDEN_ENERGY,
     HIDDEN_MOTION,
+    HIDDEN_TURNED,
     LONG,
     LONG_ASKEW,
     LONG_STEP,
@@ -32,7 +33,7 @@ from fretsolve.simulation.error_bars.increment_factors import (
     Steps,
     moved_sideways,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, MX, SAFETY, STICK, TOTAL, WORK
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, MX, SAFETY, STICK, TOTAL, WORK
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 
 LONG_STEPS = 1.01 * LONG_STEP
@@ -97,6 +98,16 @@ def test_increments_near_gross_slip_hide_errors() -> None:
     assert least[WORK] == pytest.approx(HIDDEN_ENERGY * 0.4 * 1e-3)
     assert least[STICK] == least[MX] == 0.0
     assert total == 3e-3
+
+
+def test_increments_near_gross_slip_hide_of_one_displacement_what_the_other_shows_where_the_shear_has_turned() -> None:
+    largest = np.zeros(len(ESTIMATED))
+    largest[[DELTA_X, DELTA_Y]] = 3.0, 4.0
+    hidden = replace(sheared(0.4, 0.86, 0.9)[0], turned=True)
+    assert hidden.least(largest)[[DELTA_X, DELTA_Y]] == pytest.approx([HIDDEN_TURNED * 5.0] * 2)
+    assert replace(hidden, slides=True).least(largest)[DELTA_Y] == 0.0
+    for path, turned in ((ShearPath(), False), (replace(ShearPath(), turned_before=0.1), True)):
+        assert HiddenNearSliding().after(path, PRESSED).turned is turned
 
 
 def test_gross_slip_hides_nothing_more() -> None:

@@ -17,9 +17,9 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.coarse_runs import values_of
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.error_bars.least_errors.least_errors import DISSIPATED_FACETS, LeastErrors
-from fretsolve.simulation.error_bars.least_errors.zone_errors import CONTACT_EDGE, MAP_EDGE, ZoneErrors
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, TOTAL
+from fretsolve.simulation.error_bars.least_errors.least_errors import DISSIPATED_FACETS, SHARP_TURN, LeastErrors
+from fretsolve.simulation.error_bars.least_errors.zone_errors import CONTACT_EDGE, MAP_EDGE, SHARP_EDGE, ZoneErrors
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, PHI_Y, TOTAL
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
 
@@ -80,10 +80,10 @@ def test_a_line_contact_counts_its_cells_across() -> None:
 @pytest.mark.parametrize(
     ("width", "like", "unlike", "line"),
     [
-        (0.1, 0.12 / 0.25, 0.2 * math.sqrt(0.1) / 0.125, 1.0),
+        (0.1, 0.12 / 0.25, 0.22 * math.sqrt(0.1) / 0.125, 1.2),
         (0.6, 0.2, 0.2, 0.3 / 0.6**1.5),
         (1.4, 0.12 / 1.4, 0.12 / 1.4, 0.3 / 1.4**1.5),
-        (4.0, 0.12 * math.sqrt(0.1) / 8.0, 0.2 * math.sqrt(0.1) / 8.0, 0.0375),
+        (4.0, 0.12 * math.sqrt(0.1) / 8.0, 0.22 * math.sqrt(0.1) / 8.0, 0.0375),
     ],
 )
 def test_energy_is_less_certain_the_thinner_the_annulus(width: float, like: float, unlike: float, line: float) -> None:
@@ -175,3 +175,38 @@ def test_the_edge_of_a_contact_on_a_height_map_is_less_certain() -> None:
     )
     assert plain == pytest.approx(CONTACT_EDGE * 0.03, rel=0.01)
     assert on_map == pytest.approx(MAP_EDGE * 0.03, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("seen", "area", "line"),
+    [(0.0, 0.25, 0.6), (1.0, 0.25, 0.6), (2.0, 0.25, 0.15), (4.0, 0.0625, 0.0375), (math.inf, 0.0, 0.0)],
+)
+def test_the_edge_at_a_rounding_is_known_better_over_more_cells(seen: float, area: float, line: float) -> None:
+    on_line = replace(LeastErrors.of(set_up(line_case())), cell=(0.03, 0.03))
+    for least, part in ((least_errors(), area), (on_line, line)):
+        assert least._outline(ROUND, seen) == pytest.approx(part * 0.03, rel=1e-12)
+
+
+def test_a_punch_that_is_tilted_on_a_rounding_of_some_cells_turns_less_surely() -> None:
+    case = build(
+        surface={"punch": {"radius": 0.5, "edge_radius": 0.3}},
+        friction=0.0,
+        grid={"points": 41, "size": 1.2},
+        load_path=[{"P": 1500.0, "My": 20.0}],
+    )
+    setup = set_up(case)
+    state, least = next(run(setup)), LeastErrors.of(setup)
+    seen, largest = least._cells_of_roundings(state), np.abs(values_of(state.summary))
+    assert 1.0 < seen < 3.0
+    found, without = (one.values(state, largest, ShearPath())[PHI_Y] for one in (least, replace(least, edges=())))
+    part = SHARP_TURN * SHARP_EDGE * least.side / state.summary.contact_radius * min(2.0 / seen, 1.0) ** 2
+    assert found == pytest.approx(math.hypot(without, part * largest[PHI_Y]), rel=1e-9)
+
+
+def test_line_contacts_that_end_at_holes_know_the_energy_of_their_annuli_less() -> None:
+    least = replace(LeastErrors.of(set_up(line_case())), cell=(0.03, 0.03))
+    state = next(fake_states(1))
+    path = replace(ShearPath(), last_at_edge=1e-6, at_edge=2e-6)
+    found = [least._dissipated(state, 0.0, path, replace(least._unseen_slip, holes=holes)) for holes in (False, True)]
+    assert found[0] == pytest.approx([1e-6, 2e-6])
+    assert found[1] == pytest.approx([3e-6, 6e-6])

@@ -14,13 +14,25 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.least_errors.map_holes import (
+    HOLE_ENERGY,
     HOLE_MOMENT,
     HOLE_MOTION,
     HOLE_TILT,
     Holes,
     holes_in_contact,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, MX, MY, MZ, QX, QY, TILTS
+from fretsolve.simulation.error_bars.quantity_estimates import (
+    DELTA_X,
+    DELTA_Y,
+    DELTA_Z,
+    MX,
+    MY,
+    MZ,
+    QX,
+    QY,
+    TILTS,
+    TOTAL,
+)
 
 ROUND = replace(next(fake_states(1)).summary, P=400.0, contact_radius=0.3, max_pressure=2000.0)
 
@@ -31,11 +43,12 @@ def test_holes_of_a_map_shift_moments_and_tilts_by_the_cells_across_their_axes(b
     model = set_up(build(bodies=bodies, friction=0.3, grid={"points": 16})).model
     holes = Holes(Edge(0.0, np.zeros((0, 0), dtype=bool)), 1.0, np.array([-5.0, 1.0]))
     found, largest = np.zeros(len(ESTIMATED)), np.zeros(len(ESTIMATED))
-    largest[[QX, QY, DELTA_Z]] = 30.0, 40.0, 0.009
+    largest[[QX, QY, DELTA_Z, TOTAL]] = 30.0, 40.0, 0.009, 0.002
     holes.add_to(found, model, ROUND, largest, (0.02, 0.05))
     assert found[[MX, MY]] == pytest.approx([HOLE_MOMENT * 400.0 * 0.05, HOLE_MOMENT * 400.0 * 0.02], rel=1e-12)
     assert found[MZ] == pytest.approx(HOLE_MOMENT * 50.0 * 0.05, rel=1e-12)
     assert found[TILTS] == pytest.approx(HOLE_TILT * 0.1 * np.array([0.05, 0.02]), rel=1e-12)
+    assert found[TOTAL] == pytest.approx(HOLE_ENERGY * 0.05 / 0.3 * 0.002, rel=1e-12)
     stretch = abs(model.compliances.dundurs_constant) * 2000.0 * 0.05 / model.compliances.contact_modulus
     places = np.array([5 * 0.02 + 0.05, 0.05 + 0.05]) / 0.3
     assert (stretch > 0.0) is (bodies is DISSIMILAR)

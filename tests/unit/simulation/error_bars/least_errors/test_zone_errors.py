@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -221,3 +222,32 @@ def test_a_stick_zone_that_shear_opens_between_unlike_bodies(bodies: Any, fricti
     assert zones._opened(state.summary, sheared) == opened * setup.grid.dx
     assert zones._opened(state.summary, ShearPath()) == 0.0  # pressed alone
     assert least.values(state, np.ones(len(ESTIMATED)), sheared)[STICK] > opened * setup.grid.dx
+
+
+@pytest.mark.parametrize(
+    ("pressures", "doubtful"),
+    [
+        ([0.0, 5.0, 9.0, 5.0, 0.0], None),  # one peak
+        ([2.0, 9.0, 4.0, 9.0, 2.0], 0),
+        ([2.0, 9.0, 0.2, 9.0, 2.0], 1),  # a trough of 2 % of the largest pressure
+        ([2.0, 9.0, 0.2, 9.0, 0.2, 9.0, 3.0], 2),
+    ],
+)
+def test_troughs_between_waves_may_be_open(pressures: list[float], doubtful: int | None) -> None:
+    assert waves_of(pressures) == pytest.approx(
+        0.0 if doubtful is None else math.hypot(0.06, 0.5 * math.sqrt(doubtful))
+    )
+
+
+def test_gaps_of_few_cells_between_waves_may_be_closed() -> None:
+    part = [2.0, 9.0, 9.0, 9.0, 9.0, 2.0]  # too long to have an error of its own
+    apart, far = (waves_of([*part, *[0.0] * gap, *part]) for gap in (2, 3))
+    assert apart == pytest.approx(math.hypot(far, 0.5))
+
+
+def waves_of(pressures: list[float]) -> float:
+    """Return the least error of the outline of a line contact on a height map with these pressures, in cells."""
+    least = LeastErrors.of(set_up(line_case()))
+    zones = ZoneErrors(least.model, 1.0, False, True, True, least._unseen_slip)
+    state = cast(Any, SimpleNamespace(fields=SimpleNamespace(pressure=np.array(pressures)[:, None])))
+    return zones._waves(state)
