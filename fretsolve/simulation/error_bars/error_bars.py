@@ -62,9 +62,9 @@ LIKE_SHOWN = 0.8
 """Factor on the errors that two grids show of smooth like bodies, whose pressure does not depend on where they slip."""
 
 WIDTH, CORRECTED_WIDTH = 0.88, 0.85
-"""Factor on the sum of all parts of a bar on areas, of values as run and corrected. Each part holds nearly all errors of
-its own kind, and seldom are several as large as that at once. In line contacts, where nothing averages around an edge,
-they are: there it is 1."""
+"""Factor on the sum of all parts of a bar on areas, of values as run and corrected. Each part holds nearly all errors
+of its own kind, and seldom are several as large as that at once. In line contacts, where nothing averages around an
+edge, they more often are: there it is 1."""
 
 UNLIKE_BODIES = 0.15
 """What unlike bodies take from the orders of `PRESSED`: their pressure has a kink where slip ends."""
