@@ -26,8 +26,8 @@ sines across each other have 2."""
 
 BETWEEN_CELLS, IN_CELLS = 1.0 / 22.0, 1.0 / 22.0
 """Least error of the largest pressure on a height map over its second differences there, along x and y. A parabola is
-higher by so much than the cell nearest to its top, on average, and the mean of a wave over a cell misses its middle by
-as much."""
+higher by 1/24 of them than the cell nearest to its top, on average, and the mean of a wave over a cell misses its
+middle by as much."""
 
 SLIP_MEETS = 1.45
 """By how much slip towards a stick zone that no cell sees raises the largest pressure at most, over mu beta p (1 +
