@@ -682,6 +682,60 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {1: {"max_pressure": 2599.4}},
     ),
+    "the radius of a punch whose rounding is in contact over two to three cells": (
+        {
+            "bodies": ["rigid", {"young_modulus": 4700.0, "poisson_ratio": 0.28}],
+            "surface": {"punch": {"radius": 0.3057, "edge_radius": 0.0917}},
+            "friction": 0.071,
+            "grid": {"points": 36, "size": [0.7851, 0.924]},
+            "load_path": [{"P": 250.8, "increments": 16}],
+        },
+        {1: {"contact_radius": 0.273705, "delta_z": 0.0966026}},
+    ),
+    "the tilt of a cylinder whose rounded ends are in contact over some cells": (
+        {
+            "bodies": ["rigid", {"young_modulus": 47.3e3, "poisson_ratio": 0.36}],
+            "surface": {"cylinder": {"radius": 25.235, "axis": "x", "length": 3.785, "end_radius": 1.514}},
+            "friction": 0.299,
+            "grid": {"points": [24, 32], "size": [2.24575, 3.88375]},
+            "load_path": [{"P": 2177.0, "My": 57.22, "increments": 1}, {"Qy": 156.2, "increments": 1}],
+        },
+        {
+            1: {"phi_y": 2.40515e-3, "delta_z": 0.0332519, "contact_radius": 0.763329},
+            2: {"phi_y": 2.40445e-3, "stick_radius": 0.65224, "work_total": 0.0250851, "delta_y": 2.53031e-3},
+        },
+    ),
+    "the force of a motion that goes back to where next to all slips": (
+        {
+            "bodies": ["rigid", {"young_modulus": 10.5e3, "poisson_ratio": 0.07}],
+            "surface": {"sphere": {"radius": 33.81}},
+            "friction": 0.249,
+            "grid": {"points": 32, "size": [7.519, 7.3962]},
+            "load_path": [
+                {"P": 6202.0, "increments": 12, "spacing": "graded"},
+                {"delta_x": 0.04282, "increments": 12},
+                {"delta_x": -0.04282, "increments": 1},
+            ],
+        },
+        {
+            2: {"Qx": 1371.77, "My": -744.665, "work_total": 22.3985},
+            3: {"Qx": -1539.31, "My": 834.982, "work_total": 53.9574},
+        },
+    ),
+    "the displacements of a shear that turns next to gross slip": (
+        {
+            "bodies": ["rigid", {"young_modulus": 8700.0, "poisson_ratio": 0.14}],
+            "surface": {"sphere": {"radius": 2.496}},
+            "friction": 0.067,
+            "grid": {"points": 32, "size": [0.4463, 0.5091]},
+            "load_path": [
+                {"P": 28.36, "increments": 12},
+                {"Qx": 1.84, "increments": 5},
+                {"Qx": 0.4764, "Qy": 1.777, "increments": 4},
+            ],
+        },
+        {3: {"delta_x": 6.06e-4, "delta_y": 8.61e-4, "work_total": 1.831e-3}},
+    ),
 }
 
 

@@ -305,3 +305,16 @@ def test_a_smooth_profile_is_known_as_well_as_a_cylinder(tmp_path: Path) -> None
     case = line_case(surface=profile, grid={"points": 33, "size": 0.32}, load_path=[{"P": LOAD, "increments": 1}])
     summary, errors = ends_of_stages(case)[1]
     assert abs(summary.contact_radius - HERTZ.half_width) <= errors.contact_radius_error < 0.02 * 0.32 / 33
+
+
+def test_bars_hold_what_few_increments_that_press_unlike_bodies_dissipate_where_cells_stick() -> None:
+    """Against 128 points and 40 increments. Half and twice as many dissipate nearly as much on the coarse grids."""
+    case = line_case(
+        surface={"cylinder": {"radius": 2.412}},
+        bodies=["rigid", {"young_modulus": 22.8e3, "poisson_ratio": 0.18}],
+        friction=0.28,
+        grid={"points": 32, "size": 0.26687},
+        load_path=[{"P": 71.43, "increments": 5}, {"Qx": 16.0, "increments": 1}, {"Qx": 4.8, "increments": 2}],
+    )
+    summary, errors = ends_of_stages(case)[1]
+    assert abs(summary.work_total - 6.2616e-4) <= errors.work_total_error < 0.3 * summary.work_total

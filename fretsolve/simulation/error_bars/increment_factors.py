@@ -38,7 +38,7 @@ ALONE, CORRECTED_ALONE = 3.25, 2.0
 """These factors for tangential values, as run and corrected, where a stage has one increment: two of them may turn the
 slip otherwise."""
 
-ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.9, 3.5
+ALONE_AT_ONCE, CORRECTED_AT_ONCE = 4.9, 3.9
 """The same, and those of the dissipated energy, where one increment has pressed unlike bodies and another one sheared
 them; where only the former has, they have the factors above."""
 

@@ -48,7 +48,7 @@ DISSIPATED, DISSIPATED_FACETS = 0.15, 0.08
 """Least error of the dissipated energy over its own value, over the mean (h/a)^2 of `_cells_over_contact`, and on
 facets of a height map over h/a with the longer side h of a cell and the contact radius a."""
 
-ROUNDED_EDGE, ROUNDED_EDGE_LINE = 0.25, 0.6
+ROUNDED_EDGE, ROUNDED_EDGE_LINE = 0.26, 0.6
 """Least error of radii over h where a rounding is longer than a cell, but in contact over less than one: its cells
 touch or do not touch as a whole. So do those beside holes of a height map, which have no gap. In line contacts both
 edges may lie alike in their cells."""

@@ -59,8 +59,8 @@ that on areas between like bodies as of PART_STICK_LIKE: 19 of 20 errors were be
 of torsions 0.18."""
 
 UNSEEN_STICK = 1.35
-"""Radius over h of a round stick zone that may exist although no cell sticks, 1.2, with room for the factor on the sum of
-all parts."""
+"""Radius over h of a round stick zone that may exist although no cell sticks: 1.2, with room for the factor on the sum
+of all parts."""
 
 OPENED_STICK = 0.5
 """Least error of the stick radius over h in line contacts of unlike bodies whose pressing lets no cell stick. A shear

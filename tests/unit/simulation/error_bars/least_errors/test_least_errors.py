@@ -179,7 +179,7 @@ def test_the_edge_of_a_contact_on_a_height_map_is_less_certain() -> None:
 
 @pytest.mark.parametrize(
     ("seen", "area", "line"),
-    [(0.0, 0.25, 0.6), (1.0, 0.25, 0.6), (2.0, 0.25, 0.15), (4.0, 0.0625, 0.0375), (math.inf, 0.0, 0.0)],
+    [(0.0, 0.26, 0.6), (1.0, 0.26, 0.6), (2.0, 0.26, 0.15), (4.0, 0.065, 0.0375), (math.inf, 0.0, 0.0)],
 )
 def test_the_edge_at_a_rounding_is_known_better_over_more_cells(seen: float, area: float, line: float) -> None:
     on_line = replace(LeastErrors.of(set_up(line_case())), cell=(0.03, 0.03))
