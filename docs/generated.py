@@ -46,7 +46,10 @@ ERROR_ENDINGS = {
 """What the endings of columns of error bars mean, a longer ending before the one that it ends with."""
 
 FUNCTIONS = {"fretsolve": ("load_case", "case_from_dict", "run", "run_with_error_bars", "open_result")}
-RESULTS = {"fretsolve.result": ("Result",), "fretsolve.result.state": ("State", "Summary", "SummaryErrors", "Fields", "Zone")}
+RESULTS = {
+    "fretsolve.result": ("Result",),
+    "fretsolve.result.state": ("State", "Summary", "SummaryErrors", "Fields", "Zone"),
+}
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = tuple(
     f"fretsolve.reference.{name}"

@@ -944,3 +944,47 @@ def test_bars_hold_the_radius_of_a_rigid_sphere_that_few_increments_press(
     assert abs(summary.contact_radius - radius) <= errors.contact_radius_error < 0.2 * radius / increments
     assert abs(summary.delta_z - approach) <= errors.delta_z_error < 0.08 * approach
     assert abs(errors.delta_z_corrected - approach) <= errors.delta_z_corrected_error
+
+
+@pytest.mark.parametrize("points", [16, 20, 24, 32])
+@pytest.mark.parametrize("share", [0.02, 0.05, 0.1, 0.2, 0.3, 0.45])
+def test_bars_hold_what_is_known_exactly_of_a_little_shear(share: float, points: int) -> None:
+    """Of like spheres, where no or few cells slip: by Cattaneo and Mindlin, sheared and taken back.
+
+    Grids of 16 points are so coarse that an energy may be a tenth beyond its bar.
+    """
+    force = share * FRICTION * LOAD
+    path = [{"P": LOAD}, {"Qx": force, "increments": 2}, {"Qx": -force, "increments": 2}]
+    ends = ends_of_stages(build(coupling="none", grid={"points": points}, load_path=path))
+    exact = cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential)
+    for stage, part in ((2, 0.25), (3, 0.75)):
+        summary, errors = ends[stage]
+        for end in ("", "_corrected"):
+            bar = getattr(errors, f"work_total{end}_error")
+            assert (
+                abs(getattr(summary if not end else errors, f"work_total{end}") - part * exact.work_per_cycle)
+                <= 1.1 * bar
+            )
+            assert abs(summary.delta_x - (exact.delta_x if stage == 2 else -exact.delta_x)) <= errors.delta_x_error
+
+
+def test_an_imposed_value_is_known_to_its_residual() -> None:
+    case = build(grid={"points": 16}, load_path=[{"P": 400.0}, {"Qx": 30.0, "increments": 2}])
+    summary, errors = ends_of_stages(case)[2]
+    for end in ("", "_corrected"):
+        assert 0.0 < abs(summary.Qx - 30.0) <= getattr(errors, f"Qx{end}_error") < 1e-3
+
+
+@pytest.mark.parametrize("friction", [0.3, 0.6])
+@pytest.mark.parametrize("increments", [2, 4, 8])
+@pytest.mark.parametrize("part", [0.2, 0.05])
+def test_bars_hold_the_stick_zone_of_unlike_spheres_that_are_unloaded(
+    part: float, increments: int, friction: float
+) -> None:
+    """To a load that few increments had pressed, whose shear is left; against 64 points and 40 increments."""
+    bodies = ["rigid", {"young_modulus": 70e3, "poisson_ratio": 0.1}]
+    path = [{"P": 300.0, "increments": increments}, {"P": part * 300.0, "increments": 4}]
+    case = build(bodies=bodies, friction=friction, grid={"points": 32, "size": 0.8}, load_path=path)
+    summary, errors = ends_of_stages(case)[2]
+    true = {(0.3, 0.2): 0.1151, (0.3, 0.05): 0.0675, (0.6, 0.2): 0.1633, (0.6, 0.05): 0.0951}
+    assert abs(summary.stick_radius - true[friction, part]) <= errors.stick_radius_error < summary.contact_radius

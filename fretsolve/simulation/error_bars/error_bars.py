@@ -33,7 +33,13 @@ from fretsolve.simulation.error_bars.increment_factors import (
     pressed_at_once,
 )
 from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
-from fretsolve.simulation.error_bars.missed_motion import NOTHING_MISSED, MissedMotion, of_unloading
+from fretsolve.simulation.error_bars.missed_motion import (
+    NOTHING_MISSED,
+    MissedMotion,
+    edge_of_unloading,
+    of_unloading,
+    pressed_up_to,
+)
 from fretsolve.simulation.error_bars.path_points import at_point
 from fretsolve.simulation.error_bars.quantity_estimates import (
     CONTACT,
@@ -47,10 +53,12 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     SMOOTH_SHOWN,
     STICK,
     TOTAL,
+    WIDTH,
     WIDTHS_ALONG_X,
     WORK,
+    room,
 )
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, ShearPath
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -60,11 +68,6 @@ contact that grows."""
 
 LIKE_SHOWN = 0.8
 """Factor on the errors that two grids show of smooth like bodies, whose pressure does not depend on where they slip."""
-
-WIDTH, CORRECTED_WIDTH = 0.88, 0.85
-"""Factor on the sum of all parts of a bar on areas, of values as run and corrected. Each part holds nearly all errors
-of its own kind, and seldom are several as large as that at once. In line contacts, where nothing averages around an
-edge, they more often are: there it is 1."""
 
 UNLIKE_BODIES = 0.15
 """What unlike bodies take from the orders of `PRESSED`: their pressure has a kink where slip ends."""
@@ -145,7 +148,7 @@ class ErrorBars:
         self._add(summary)
         values, imposed, scales = values_of(summary), self._imposed(summary.step), self._scales(summary)
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
-        others = np.hypot(self._cells(state, imposed), residuals * scales)
+        cells, iteration = self._cells(state, imposed), residuals * scales
         change = self._change_by_increments(summary.step, FIRST_ORDER)
         # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
         most = self._change_by_increments(summary.step, 1.0)
@@ -155,18 +158,19 @@ class ErrorBars:
         linked = np.where(imposed, 0.0, self._linked(most))
         hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
         if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
-            room = self._room(summary)
-            held[SHEAR_LOADS] = np.clip(held[SHEAR_LOADS], None, np.maximum(np.abs(most[SHEAR_LOADS]), room))
-            hidden[SHEAR_LOADS], linked[SHEAR_LOADS] = (np.minimum(one[SHEAR_LOADS], room) for one in (hidden, linked))
+            most_left = self._left_to_limit(summary)
+            held[SHEAR_LOADS] = np.clip(held[SHEAR_LOADS], None, np.maximum(np.abs(most[SHEAR_LOADS]), most_left))
+            for part in (hidden, linked):
+                part[SHEAR_LOADS] = np.minimum(part[SHEAR_LOADS], most_left)
         left = np.where(imposed, safety, corrected_safety) * held
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        errors = np.linalg.norm([others, safety * held, hidden, linked], axis=0)
-        corrected = np.linalg.norm([others, left, unsolved, hidden, CORRECTED_LINKED * linked], axis=0)
+        width = 1.0 if self._setup.model.line else WIDTH
+        errors = np.hypot(width * np.linalg.norm([cells, safety * held, hidden, linked], axis=0), iteration)
+        parts = [cells, left, unsolved, hidden, CORRECTED_LINKED * linked]
+        corrected = np.hypot(width * np.linalg.norm(parts, axis=0), iteration)
         if self._setup.model.line:  # there the radii are half-widths
             errors[WIDTHS_ALONG_X] = np.maximum(errors[WIDTHS_ALONG_X], errors[[CONTACT, STICK]])
-        else:
-            errors, corrected = WIDTH * errors, CORRECTED_WIDTH * corrected
         change[imposed] = 0.0
         if summary.step in self._path.last_steps:
             self._changes_before = largest_change
@@ -185,7 +189,8 @@ class ErrorBars:
         count = self._setup.load_path.counts[summary.stage - 1]
         at_edge = self._least_errors.energy_at_edge(summary, count)
         carried = self._carried(summary)
-        self._shear_path = self._shear_path.after(summary, carried, pressed, at_edge, count)
+        known = room(self._setup.model)
+        self._shear_path = self._shear_path.after(summary, carried, pressed, at_edge, count, known)
         if self._setup.model.coupled:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
@@ -193,9 +198,13 @@ class ErrorBars:
         if summary.stage == 1:
             self._pressed_energy = pressed_energy(self._setup.model, summary)
         middle = self._least_errors.unseen_middle(summary)
-        edge = early_edge(self._setup.model, summary, self._pressing_increments)
+        increments = pressed_up_to(self._summaries, float(self._largest[LOAD]))
+        edge = max(
+            early_edge(self._setup.model, summary, self._pressing_increments),
+            edge_of_unloading(self._setup.model, summary, increments),
+        )
         radius = max(
-            of_unloading(self._setup.model, self._summaries, float(self._largest[LOAD])),
+            of_unloading(self._setup.model, increments),
             pressed_radius(self._setup.model, summary, self._pressing_increments),
         )
         self._missed = self._missed.after(middle, edge, radius)
@@ -218,10 +227,10 @@ class ErrorBars:
         limit, shear_limit = self._frictions[summary.stage - 1] * summary.P, self._setup.case.friction.shear_limit
         return limit if shear_limit is None else min(limit, shear_limit * summary.contact_area)
 
-    def _room(self, summary: Summary) -> DoubleArray:
-        """Return how far Qx, Qy (N) and Mz (N mm) may be from the friction limit, next to it, (3,)."""
+    def _left_to_limit(self, summary: Summary) -> DoubleArray:
+        """Return how far Qx, Qy (N) and Mz (N mm) are from the friction limit, (3,), as `ShearPath` adds them up."""
         force = self._shear_path.to_limit * self._carried(summary)
-        return force * np.array([1.0, 1.0, summary.contact_radius])
+        return force * np.array([1.0, 1.0, summary.contact_radius / TORQUE_ARM])
 
     def _follow(self, path: LoadPath) -> None:
         """Let the coarse runs leave out the cycles that the run leaves out."""

@@ -19,6 +19,9 @@ AT_LARGEST = 0.999
 PRESSED_ORDER = 8.0 / 3.0
 """Power of P with which slip within a rounding dissipates: K^2 d, where d goes with K^(2/3) and K with P."""
 
+TORQUE_ARM = 1.5
+"""Under a torque the shear traction at the edge of a round punch is so many times that of a force over the radius."""
+
 TURNS_SEEN = 2
 """Number of increments by which a stage that turns the shear converges later than with the first order."""
 
@@ -116,12 +119,14 @@ class ShearPath:
         """True unless the shear is at its largest share."""
         return math.hypot(*self.at) < AT_LARGEST * self.largest
 
-    def after(self, summary: Summary, carried: float, pressed: float, at_edge: float, count: int = 1) -> ShearPath:
+    def after(
+        self, summary: Summary, carried: float, pressed: float, at_edge: float, count: int = 1, known: float = 1.0
+    ) -> ShearPath:
         """Return the path after one more increment.
 
         carried: the force (N) that friction carries; pressed: the share of it to which pressing unlike bodies shears;
         at_edge: least error (mJ) of what the increment dissipates, by the width of its slip annulus; count: number of
-        increments of its stage.
+        increments of its stage; known: factor on what is known exactly, as of `quantity_estimates.room`.
         """
         if carried <= 0.0:
             return replace(
@@ -134,8 +139,7 @@ class ShearPath:
                 now=summary,
                 before=self._most_pressed,
             )
-        # under a torque the shear traction at the edge of a round punch is 1.5 times that of a force over the radius
-        arm = summary.contact_radius / 1.5
+        arm = summary.contact_radius / TORQUE_ARM
         force = summary.Qx, summary.Qy, summary.Mz / arm if arm else 0.0
         at = force[0] / carried, force[1] / carried, force[2] / carried
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
@@ -147,7 +151,7 @@ class ShearPath:
         at_once = self.at_once.after_at_once(summary.P, force, carried / summary.P)
         largest_load = max(summary.P, self.now.P if self.now is not None else 0.0)
         last_pressed = last * largest_load**PRESSED_ORDER
-        at_edge += _part_of_energy(memory.slipping, at_once.slipping) * summary.work
+        at_edge += known * _part_of_energy(memory.slipping, at_once.slipping) * summary.work
         return ShearPath(
             at=at,
             largest=max(self.largest, min(math.hypot(*at) + pressed, 1.0)),

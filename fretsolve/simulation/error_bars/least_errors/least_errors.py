@@ -40,6 +40,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     TOTAL,
     TURNS,
     WORK,
+    room,
 )
 from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
 from fretsolve.system.arrays import DoubleArray
@@ -54,8 +55,13 @@ touch or do not touch as a whole. So do those beside holes of a height map, whic
 edges may lie alike in their cells."""
 
 ROUNDED_CELLS, ROUNDED_CELLS_LINE = 2.0, 1.0
-"""Number of cells over which a rounding is in contact, up to which these hold; of more they fall with the square. On
+"""Number of cells over which a rounding is in contact, up to which ROUNDED_EDGE and ROUNDED_EDGE_LINE hold; over more
+cells they fall with the square of it. On
 areas two errors at 3 cells were 0.1 h, all others there and beyond below 0.03 h."""
+
+MISSED_OUTLINE = 0.6
+"""Least relative error of radii over the part of its area that cells miss of a sharp body: half of that, and room for
+WIDTH."""
 
 RIDGE_EDGE = 0.4
 """The same where the edge of the contact runs over facets of a height map that are longer than the cells: RIDGE_EDGE
@@ -81,17 +87,17 @@ THIN_SLIP, THIN_SLIP_CELLS, THINNEST_SLIP = 0.12, 1.5, 0.25
 its width, which counts as THINNEST_SLIP h at least."""
 
 EDGE_SLIP, EDGE_SLIP_LIKE, EDGE_SLIP_LINE, EDGE_SLIP_ORDER = 0.22, 0.12, 0.3, 1.5
-"""The same of all annuli over (h/w)^EDGE_SLIP_ORDER (h/a)^(1/2) with their width w and the contact radius a, at most 1:
-the edge of the stick zone may lie anywhere in the cells, which is averaged around the contact. In line contacts nothing
-is, and (h/a)^(1/2) is left out. In a first shear 9 of 10 errors were below 0.17 to 0.23 times that on spheres of 8 to
-50 cells per radius, and 0.26 times in line contacts, all below 0.4. EDGE_SLIP_LIKE is that on areas between
-like bodies without ends in stages of three or more increments, whose errors make up for each other in part: where it
-is most of the bar of `work_total`, 19 of 20 random errors were below 0.08 (300 values of seeds 54 to 62). What the
-coarse runs show comes on top."""
+"""The same of all annuli over (h/w)^EDGE_SLIP_ORDER (h/a)^(1/2) with their width w and the contact radius a, ALL at
+most: the edge of the stick zone may lie anywhere in the cells, which is averaged around the contact. In line contacts
+nothing is, and (h/a)^(1/2) is left out. In a first shear 9 of 10 errors were below 0.17 to 0.23 times that on spheres
+of 8 to 50 cells per radius, and 0.26 times in line contacts, all below 0.4. EDGE_SLIP_LIKE is that on areas between
+like bodies without ends in stages of three or more increments, whose errors make up for each other in part: where it is
+most of the bar of `work_total`, 19 of 20 random errors were below 0.08 (300 values of seeds 54 to 62). What the coarse
+runs show comes on top."""
 
 HOLE_SLIP = 3.0
-"""Factor on that in line contacts that reach holes of a height map: the edge of the body, too, lies anywhere in its
-cell, by some h/4. An annulus dissipates with the third power of its width."""
+"""Factor on EDGE_SLIP_LINE in contacts that reach holes of a height map: the edge of the body, too, lies anywhere in
+its cell, by some h/4. An annulus dissipates with the third power of its width."""
 
 PRESSED_SIDEWAYS = 0.3
 """Least error of the displacements of unlike bodies on areas over (h/a)^2 min(beta, mu) P/E* a, with the largest P and
@@ -183,7 +189,7 @@ class LeastErrors:
         self._add_pressed_sideways(least, largest, cells)
         on_facets = DISSIPATED_FACETS * ratio if self.ridges else 0.0
         zones = ZoneErrors(self.model, self.side, self.ends, self.uniform, self.maps, self._unseen_slip)
-        zones.put_into(least, state, math.hypot(outline, 0.6 * self.missed * radius), ratio, shear_path)
+        zones.put_into(least, state, math.hypot(outline, MISSED_OUTLINE * self.missed * radius), ratio, shear_path)
         relative = math.hypot(DISSIPATED * cells[TOTAL], on_facets)
         least[[WORK, TOTAL]] = self._dissipated(state, relative, shear_path, self._with_holes(holes))
         add_moments_and_tilts(least, self.model, summary, largest, cells, ends=self.ends)
@@ -240,14 +246,15 @@ class LeastErrors:
         walked = np.array([shear_path.last, shear_path.length])
         ways = max(shear_path.length, shear_path.largest)  # pressing unlike bodies slips once
         part = shear_path.last / shear_path.length if shear_path.length else 0.0
+        dissipated = np.array([summary.work, summary.work_total])
         at_edge = np.array([shear_path.last_at_edge, shear_path.at_edge])
         if unseen.holes and self.model.line:
-            at_edge *= HOLE_SLIP
+            at_edge = np.maximum(at_edge, np.minimum(HOLE_SLIP * at_edge, ALL * dissipated))
         found: DoubleArray = np.linalg.norm(
             [
-                relative * np.array([summary.work, summary.work_total]) + at_edge,
+                relative * dissipated + at_edge,
                 unseen.energies_of_annulus(summary, shear_path.before),
-                unseen.energies_of_shear(summary, shear_path.largest, walked),
+                room(self.model) * unseen.energies_of_shear(summary, shear_path.largest, walked),
                 unseen.at_roundings(state, shear_path.largest) * np.array(shear_path.ways_under_load),
                 unseen.at_sharp_edges(state, shear_path.largest) * ways * np.array([part, 1.0]),
             ],
@@ -270,7 +277,7 @@ class LeastErrors:
     def _add_heights(self, least: DoubleArray, summary: Summary, largest: DoubleArray) -> None:
         """Add what heights miss that are finer than the cells, but for the largest pressure."""
         flattened = min(self.flattening / summary.max_pressure, 1.0)
-        parts = np.full(len(least), (FLATTENED + (1.0 - FLATTENED) * flattened) * flattened**2)
+        parts = room(self.model) * np.full(len(least), (FLATTENED + (1.0 - FLATTENED) * flattened) * flattened**2)
         parts[[MX, MY]], parts[PRESSURE] = flattened, 0.0
         scales = largest.copy()
         scales[[*CONTACT_EXTENTS, *STICK_EXTENTS]] = summary.contact_radius  # a middle may be at 0

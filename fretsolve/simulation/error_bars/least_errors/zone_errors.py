@@ -12,7 +12,7 @@ from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State, Zone
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
-from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS, room
 from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
 from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
 
@@ -22,8 +22,9 @@ same. MAP_EDGE_LINE is that of line contacts on waves, whose two edges nothing a
 to 0.053."""
 
 DOUBTFUL_CELL, DOUBTFUL_GAP, DOUBTFUL_PRESSURE = 0.5, 2, 0.03
-"""Least error of the half-width of such a contact over h for each place between two waves where it may be open or
-closed: gaps of up to DOUBTFUL_GAP cells, and troughs of a pressure below DOUBTFUL_PRESSURE times the largest one."""
+"""Least error of the half-width of a line contact on waves over h for each place where it may be open or closed: gaps
+of up to DOUBTFUL_GAP cells, troughs of a pressure below DOUBTFUL_PRESSURE times the largest one, and parts with less at
+most. A contact on 24 cells bridged a gap of 1.3 h by a cell with 0.001 of the largest pressure, 0.7 h off."""
 
 UNLIKE_EDGE = 0.4
 """Least error of the contact radius of unlike bodies in line contact, over e h. Slip changes the order of the pressure
@@ -58,9 +59,8 @@ FEW_STICK, FEW_STICK_LIKE = 0.35, 0.22
 that on areas between like bodies as of PART_STICK_LIKE: 19 of 20 errors were below 0.07 (seeds 54 to 62), the largest
 of torsions 0.18."""
 
-UNSEEN_STICK = 1.35
-"""Radius over h of a round stick zone that may exist although no cell sticks: 1.2, with room for the factor on the sum
-of all parts."""
+UNSEEN_STICK = 1.2
+"""Radius over h of a round stick zone that may exist although no cell sticks."""
 
 OPENED_STICK = 0.5
 """Least error of the stick radius over h in line contacts of unlike bodies whose pressing lets no cell stick. A shear
@@ -80,7 +80,7 @@ to where a cycle about a mean has slipped before brings a whole ring of cells th
 part slip, and a little more load all. So the least error of the stick radius is all that such cells add to it. They do
 stick where the shear is held or goes back."""
 
-HELD_EDGE = 0.32
+HELD_EDGE = 0.25
 """Least error over h of the stick radius without such cells. It is added to what they add, since they are counted as
 whole ones. Seven random cases had up to 0.17."""
 
@@ -119,7 +119,7 @@ class ZoneErrors:
         """Return the least error (mm) of the contact radius, and of a stick radius that is as large."""
         small = FEW_CELLS * self.side
         few = small / max(summary.contact_radius, small) if summary.contact_radius else 0.0
-        smallest = MAP_EDGE if self.maps else CONTACT_EDGE
+        smallest = room(self.model) * (MAP_EDGE if self.maps else CONTACT_EDGE)
         edge = math.hypot(smallest * _slenderness(summary), FEW_CONTACT * few**FEW_ORDER, self._unlike_edge)
         return math.hypot(edge * self.side, outline)
 
@@ -138,7 +138,15 @@ class ZoneErrors:
         parts, gaps = lengths[::2] if len(lengths) > 1 else lengths[:0], lengths[1::2]
         few = 2.0 * FEW_CELLS / np.maximum(parts, 2.0 * FEW_CELLS)
         troughs = ~rises[:-1] & rises[1:] & (pressure > 0.0) & (pressure < DOUBTFUL_PRESSURE * pressure.max())
-        doubtful = np.count_nonzero(gaps <= DOUBTFUL_GAP) + np.count_nonzero(troughs)
+        opens = np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False))
+        faint = sum(
+            pressure[start:end].max() < DOUBTFUL_PRESSURE * pressure.max()
+            for start, end in zip(opens[::2], opens[1::2], strict=True)
+        )
+        holes = ~np.isfinite(state.fields.gap[:, 0])  # these stay open
+        between = zip(opens[1:-1:2], opens[2::2], gaps, strict=True)
+        narrow = sum(gap <= DOUBTFUL_GAP and not holes[start:end].any() for start, end, gap in between)
+        doubtful = narrow + faint + np.count_nonzero(troughs)
         by_parts = float(np.linalg.norm(FEW_CONTACT * few**FEW_ORDER))
         return math.hypot(MAP_EDGE_LINE, by_parts, DOUBTFUL_CELL * math.sqrt(doubtful)) * self.side
 
@@ -153,9 +161,9 @@ class ZoneErrors:
         """Return the least error of the stick radius; outline: that of the contact."""
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
             # one less than a cell wide that is as long as the contact is in this proportion
-            return UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
+            return room(self.model) * UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
         thin = self.unseen.sheared_annulus(summary, shear_path.memory.slipping)
-        unseen = max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
+        unseen = room(self.model) * max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
         width = self.unseen.annulus(summary)
         if 0 < summary.stick_cells < summary.contact_cells or width:
             like = self.uniform and not (self.model.coupled or self.ends)
@@ -178,7 +186,7 @@ class ZoneErrors:
             return 0.0
         memories = shear_path.memory, shear_path.at_once
         steady, stepped = (self.unseen.stick_share(memory.slipping) for memory in memories)
-        return abs(steady - stepped) * summary.contact_radius
+        return room(self.model) * abs(steady - stepped) * summary.contact_radius
 
     def _earlier_edge(self, summary: Summary, shear_path: ShearPath) -> float:
         """Return the least error (mm) of a stick radius by earlier edges of the stick zone."""
@@ -211,7 +219,8 @@ class ZoneErrors:
         part = float(np.count_nonzero(surely) / np.count_nonzero(sticks))
         left = part if self.model.line else math.sqrt(part)
         rows = max(_span(sticks.any(axis)) - _span(surely.any(axis)) for axis in (0, 1))
-        return (1.0 - left) * state.summary.stick_radius, 0.5 * rows * self.side
+        known = room(self.model)
+        return known * (1.0 - left) * state.summary.stick_radius, 0.5 * known * rows * self.side
 
 
 def _span(rows: BoolArray) -> int:

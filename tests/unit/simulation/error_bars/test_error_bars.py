@@ -24,17 +24,10 @@ from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import coarse_runs
 from fretsolve.simulation.error_bars.coarse_runs import CoarseRun, CoarseRuns, coarser
-from fretsolve.simulation.error_bars.error_bars import (
-    CORRECTED_WIDTH,
-    LIKE_SHOWN,
-    WIDTH,
-    ErrorBars,
-    frictions_of,
-    run_with_error_bars,
-)
+from fretsolve.simulation.error_bars.error_bars import LIKE_SHOWN, ErrorBars, frictions_of, run_with_error_bars
 from fretsolve.simulation.error_bars.least_errors.zone_errors import UNSEEN_STICK
 from fretsolve.simulation.error_bars.path_points import PathPoint, common_points
-from fretsolve.simulation.error_bars.quantity_estimates import CONTACT_EXTENTS, SMOOTH_SHOWN
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT_EXTENTS, SMOOTH_SHOWN, WIDTH
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""
@@ -107,7 +100,7 @@ def test_what_is_unsolved_is_measured_against_the_mismatch_of_bulk_stress() -> N
     errors = unsolved.of(replace(last, summary=replace(last.summary, residual_stick=0.1)))
     limit, mismatch = setup.model.friction * 400.0, 0.7 * 300.0 / 200e3
     expected = 0.1 * limit * mismatch * last.summary.contact_radius
-    assert errors.work_total_error == pytest.approx(math.hypot(small, WIDTH * expected), rel=1e-3)
+    assert errors.work_total_error == pytest.approx(math.hypot(small, expected), rel=1e-3)
 
 
 def test_increments_have_their_part_in_the_bar() -> None:
@@ -148,7 +141,7 @@ def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
     setup = setup_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
     rows = with_bars(setup)
     assert rows[-1][0].summary.stick_radius == 0.0
-    assert rows[-1][1].stick_radius_error == pytest.approx(WIDTH * UNSEEN_STICK * setup.grid.dx)
+    assert rows[-1][1].stick_radius_error == pytest.approx(UNSEEN_STICK * setup.grid.dx)
     ((_, frictionless),) = with_bars(setup_of(friction=0.0))
     assert frictionless.stick_radius_error < 0.1 * setup.grid.dx
 
@@ -455,8 +448,7 @@ def test_bars_hold_what_increments_hide_near_gross_slip(monkeypatch: pytest.Monk
         ("work_total_corrected", 0.045, summary.work_total),
         ("delta_x", 0.009, summary.delta_x),
     ):
-        width = CORRECTED_WIDTH if name.endswith("corrected") else WIDTH
-        expected = math.hypot(getattr(without, f"{name}_error"), width * part * scale)
+        expected = math.hypot(getattr(without, f"{name}_error"), WIDTH * part * scale)
         assert getattr(with_it, f"{name}_error") == pytest.approx(expected, rel=1e-9)
 
 

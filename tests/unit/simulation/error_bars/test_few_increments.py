@@ -103,6 +103,8 @@ def test_energy_that_few_increments_press_is_too_large() -> None:
 def test_where_all_sticks_all_that_pressing_dissipates_is_uncertain() -> None:
     summary = replace(PRESSED[3], work_total=2e-3, stick_radius=RADIUS)
     assert pressed_energy(on_area(DISSIMILAR), summary) == ALL * 2e-3
+    many = replace(summary, step=199)
+    assert pressed_energy(on_area(DISSIMILAR), many) < 0.2 * 2e-3
 
 
 def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:

@@ -19,7 +19,7 @@ from fretsolve.simulation.error_bars.coarse_runs import values_of
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.error_bars.least_errors.least_errors import DISSIPATED_FACETS, SHARP_TURN, LeastErrors
 from fretsolve.simulation.error_bars.least_errors.zone_errors import CONTACT_EDGE, MAP_EDGE, SHARP_EDGE, ZoneErrors
-from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, PHI_Y, TOTAL
+from fretsolve.simulation.error_bars.quantity_estimates import DELTA_X, DELTA_Y, DELTA_Z, PHI_Y, TOTAL, room
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.simulation.simulation import run
 
@@ -173,8 +173,8 @@ def test_the_edge_of_a_contact_on_a_height_map_is_less_certain() -> None:
         ZoneErrors(least.model, 0.03, False, True, maps, least._unseen_slip)._contact_radius(ROUND, 0.0)
         for maps in (False, True)
     )
-    assert plain == pytest.approx(CONTACT_EDGE * 0.03, rel=0.01)
-    assert on_map == pytest.approx(MAP_EDGE * 0.03, rel=0.01)
+    assert plain == pytest.approx(room(least.model) * CONTACT_EDGE * 0.03, rel=0.01)
+    assert on_map == pytest.approx(room(least.model) * MAP_EDGE * 0.03, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,16 @@ def test_a_punch_that_is_tilted_on_a_rounding_of_some_cells_turns_less_surely() 
 def test_line_contacts_that_end_at_holes_know_the_energy_of_their_annuli_less() -> None:
     least = replace(LeastErrors.of(set_up(line_case())), cell=(0.03, 0.03))
     state = next(fake_states(1))
+    state = replace(state, summary=replace(state.summary, work=2e-6, work_total=2e-5))
     path = replace(ShearPath(), last_at_edge=1e-6, at_edge=2e-6)
     found = [least._dissipated(state, 0.0, path, replace(least._unseen_slip, holes=holes)) for holes in (False, True)]
     assert found[0] == pytest.approx([1e-6, 2e-6])
-    assert found[1] == pytest.approx([3e-6, 6e-6])
+    assert found[1] == pytest.approx([1.2 * 2e-6, 6e-6])  # all that the increment dissipates, at most
+
+
+@pytest.mark.parametrize("missed", [0.0, 0.05])
+def test_a_sharp_outline_makes_energies_uncertain(missed: float) -> None:
+    least = replace(least_errors(), missed=missed)
+    found, largest = np.zeros(len(ESTIMATED)), np.ones(len(ESTIMATED))
+    least._add_sharp_outline(found, largest, 0.01)
+    assert found[TOTAL] == pytest.approx(math.hypot(0.01, missed))

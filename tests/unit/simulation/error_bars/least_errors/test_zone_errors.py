@@ -29,7 +29,7 @@ from fretsolve.simulation.error_bars.least_errors.zone_errors import (
     UNLIKE_EDGE,
     ZoneErrors,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS
+from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, STICK, STICK_EXTENTS, room
 from fretsolve.simulation.error_bars.shear_path import ShearPath, StickEdges
 from fretsolve.simulation.simulation import run
 
@@ -127,7 +127,7 @@ def test_cells_that_stick_at_the_friction_limit_may_slip(sheared: tuple[ProblemS
     assert 0.3 < held < 0.7
     at_limit = with_shear_in(below, rows, 1.0 - 0.9 * AT_LIMIT, friction)
     before, after = stick_errors(setup, below), stick_errors(setup, at_limit)
-    added = (1.0 - math.sqrt(1.0 - held)) * state.summary.stick_radius
+    added = room(setup.model) * (1.0 - math.sqrt(1.0 - held)) * state.summary.stick_radius
     assert after[0] == pytest.approx(before[0] + added + HELD_EDGE * setup.grid.dx, rel=1e-12)
     assert after[1] >= after[0]
     assert stick_errors(setup, with_shear_in(below, rows, 1.0 - 1.1 * AT_LIMIT, friction)) == before
@@ -190,7 +190,7 @@ def test_radii_of_few_cells(sheared: tuple[ProblemSetup, State], cells: float, l
     side = setup.grid.dx
     small = replace(state, summary=replace(state.summary, contact_radius=cells * side))
     found = LeastErrors.of(setup).values(small, np.ones(len(ESTIMATED)), ShearPath())[CONTACT]
-    assert found == pytest.approx(side * math.hypot(least, CONTACT_EDGE), rel=0.1)
+    assert found == pytest.approx(side * math.hypot(least, room(setup.model) * CONTACT_EDGE), rel=0.1)
 
 
 def test_the_contact_radius_of_unlike_bodies_in_line_contact_is_less_certain_the_more_friction_there_is() -> None:
@@ -239,15 +239,31 @@ def test_troughs_between_waves_may_be_open(pressures: list[float], doubtful: int
     )
 
 
+PART = [2.0, 9.0, 9.0, 9.0, 9.0, 2.0]
+"""Too long to have an error of its own."""
+
+
 def test_gaps_of_few_cells_between_waves_may_be_closed() -> None:
-    part = [2.0, 9.0, 9.0, 9.0, 9.0, 2.0]  # too long to have an error of its own
-    apart, far = (waves_of([*part, *[0.0] * gap, *part]) for gap in (2, 3))
-    assert apart == pytest.approx(math.hypot(far, 0.5))
+    narrow, wide = (waves_of([*PART, *[0.0] * gap, *PART]) for gap in (2, 3))
+    assert narrow == pytest.approx(math.hypot(wide, 0.5))
 
 
-def waves_of(pressures: list[float]) -> float:
+def test_holes_between_waves_stay_open() -> None:
+    pressures = [*PART, 0.0, *PART]
+    assert waves_of(pressures, hole=6) == pytest.approx(waves_of([*PART, *[0.0] * 3, *PART]))
+
+
+def test_a_wave_that_hardly_touches_may_not() -> None:
+    strong, faint = (waves_of([*PART, *[0.0] * 3, peak, peak, peak]) for peak in (5.0, 0.2))
+    assert faint == pytest.approx(math.hypot(strong, 0.5))
+
+
+def waves_of(pressures: list[float], hole: int | None = None) -> float:
     """Return the least error of the outline of a line contact on a height map with these pressures, in cells."""
     least = LeastErrors.of(set_up(line_case()))
     zones = ZoneErrors(least.model, 1.0, False, True, True, least._unseen_slip)
-    state = cast(Any, SimpleNamespace(fields=SimpleNamespace(pressure=np.array(pressures)[:, None])))
-    return zones._waves(state)
+    gap = np.zeros((len(pressures), 1))
+    if hole is not None:
+        gap[hole] = np.nan
+    fields = SimpleNamespace(pressure=np.array(pressures)[:, None], gap=gap)
+    return zones._waves(cast(Any, SimpleNamespace(fields=fields)))
