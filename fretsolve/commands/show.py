@@ -57,7 +57,7 @@ def _missing(name: str, result: Result) -> str:
             return f"{name} is not there, since the case ran without error bars; run it with --error-bars"
         right = f"{as_run}{ERROR_SUFFIX}" if name.endswith(ERROR_SUFFIX) else as_run
         return f"{name} is not there, since {as_run} is not corrected for the number of increments; use {right}"
-    of_bars = any(part in name for part in (ERROR_SUFFIX[:4], CORRECTED_SUFFIX[:4]))
+    of_bars = any(part in name for part in (ERROR_SUFFIX[:3], CORRECTED_SUFFIX[:4]))
     columns = [one for one in result.history if of_bars or not one.endswith((ERROR_SUFFIX, CORRECTED_SUFFIX))]
     return f"{name!r} is not a column of the history; {nearest(name, columns)}"
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from fretsolve.case.dimensions import smaller_unit
-from fretsolve.case.history import BULK, DISPLACEMENTS, EXTENTS, FEWEST_SPOT_CELLS
+from fretsolve.case.history import BULK, CORRECTED_SUFFIX, DISPLACEMENTS, ERROR_SUFFIX, EXTENTS, FEWEST_SPOT_CELLS
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -126,7 +126,11 @@ def round_off(result: Result, name: str) -> float:
 
 
 def unit_for_people(result: Result, name: str) -> tuple[str, float]:
-    """Return the unit of a column of the history in a table, and the factor to it: small displacements are in um."""
-    if name not in DISPLACEMENTS:
+    """Return the unit of a column of the history in a table, and the factor to it: small displacements are in um.
+
+    Their error bars and corrected values have the same.
+    """
+    own = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
+    if own not in DISPLACEMENTS:
         return result.units(name), 1.0
-    return smaller_unit(result.units(name), float(np.nan_to_num(np.abs(result.history[name])).max(initial=0.0)))
+    return smaller_unit(result.units(own), float(np.nan_to_num(np.abs(result.history[own])).max(initial=0.0)))

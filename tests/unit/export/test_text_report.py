@@ -11,7 +11,7 @@ import pytest
 from fake_states import fake_header, fake_states, write_fake
 from rich.console import Console
 
-from fretsolve.export.selection import relevant_columns
+from fretsolve.export.selection import relevant_columns, unit_for_people
 from fretsolve.export.text_report import history_tables, print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import stage_ends
@@ -155,3 +155,12 @@ def test_it_says_where_p_acts_if_the_pressure_has_a_moment(tmp_path: Path) -> No
     result = made_up(tmp_path, P=400.0, My=2.0)
     (line,) = [line for line in printed(result) if "P acts at" in line]
     assert line == "at the end P acts at x = My/P = 5 um; My > 0 is more pressure at x > 0"
+
+
+def test_error_bars_and_corrected_values_have_the_unit_of_their_value(tmp_path: Path) -> None:
+    result = made_up(tmp_path, delta_x=2e-4)
+    others = ("delta_x_error", "delta_x_corrected", "delta_x_corrected_error")
+    result.history = {**result.history, **dict.fromkeys(others, 0.1 * result.history["delta_x"])}
+    result.units = lambda name: "mm"  # type: ignore[method-assign]
+    assert [unit_for_people(result, name) for name in ("delta_x", *others)] == 4 * [("um", 1e3)]
+    assert unit_for_people(result, "contact_radius") == ("mm", 1.0)
