@@ -80,6 +80,7 @@ def test_radii_are_not_corrected(tmp_path: Path) -> None:
     said = shown(out, "--columns", "stick_radius_corrected", code=2)
     assert "since stick_radius is not corrected for the number of increments; use stick_radius" in said
     assert "delta_x_corrected_error (mm)" in shown(out, "--columns", "delta_x_corrected_error", "--csv")
+    assert "did you mean 'delta_x_error'?" in shown(out, "--columns", "delta_x_eror", code=2)
 
 
 def test_long_tables_have_the_first_and_the_last_stages(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
