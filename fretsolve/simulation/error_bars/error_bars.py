@@ -58,7 +58,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     WORK,
     room,
 )
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, UNSHEARED, ShearPath
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -194,6 +194,7 @@ class ErrorBars:
         if self._setup.model.coupled:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
+        if self._setup.model.coupled or self._shear_path.turned > UNSHEARED:
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         if summary.stage == 1:
             self._pressed_energy = pressed_energy(self._setup.model, summary)
