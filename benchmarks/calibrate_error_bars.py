@@ -4,8 +4,8 @@
     python benchmarks/calibrate_error_bars.py Hertz II              # the cases whose names begin so
     python benchmarks/calibrate_error_bars.py --into docs/error_bars.md
 
-docs/error_bars.md says on which of the cases that `random_scenes` draws the constants were chosen. Nothing was chosen on
-those of the seeds asked for by default.
+docs/error_bars.md says on which of the cases that `random_scenes` draws the constants were chosen. Nothing was chosen
+on those of the seeds asked for by default, or as little as it says.
 Prints Markdown, or puts it between the marks ``<!-- figures: calibration -->`` and ``<!-- end of figures -->`` of a
 file and writes all comparisons at the end of a stage to ``data/error_bars.csv`` beside it. Compared are the values that
 the load path does not impose and that are more than round-off, as run and corrected, at the ends of stages and, where
