@@ -45,7 +45,7 @@ class DirectContact:
 
     @property
     def has_friction(self) -> bool:
-        """Whether all cells have friction: others neither stick nor have a direction in which they slip."""
+        """True if all cells have friction: others neither stick nor have a direction in which they slip."""
         return bool(self.limit.all())
 
     def move_to(self, contact: BoolArray, cells: Cells, pressure: DoubleArray) -> None:

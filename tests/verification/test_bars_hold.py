@@ -965,7 +965,7 @@ def test_bars_hold_what_is_known_exactly_of_a_little_shear(share: float, points:
                 abs(getattr(summary if not end else errors, f"work_total{end}") - part * exact.work_per_cycle)
                 <= 1.1 * bar
             )
-            assert abs(summary.delta_x - (exact.delta_x if stage == 2 else -exact.delta_x)) <= errors.delta_x_error
+        assert abs(summary.delta_x - (exact.delta_x if stage == 2 else -exact.delta_x)) <= errors.delta_x_error
 
 
 def test_an_imposed_value_is_known_to_its_residual() -> None:

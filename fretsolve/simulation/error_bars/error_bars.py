@@ -53,10 +53,10 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     SMOOTH_SHOWN,
     STICK,
     TOTAL,
-    WIDTH,
     WIDTHS_ALONG_X,
     WORK,
     room,
+    width,
 )
 from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, UNSHEARED, ShearPath
 from fretsolve.simulation.simulation import run
@@ -159,16 +159,18 @@ class ErrorBars:
         hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
         if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
             most_left = self._left_to_limit(summary)
-            held[SHEAR_LOADS] = np.clip(held[SHEAR_LOADS], None, np.maximum(np.abs(most[SHEAR_LOADS]), most_left))
+            held[SHEAR_LOADS] = np.minimum(held[SHEAR_LOADS], np.maximum(np.abs(most[SHEAR_LOADS]), most_left))
             for part in (hidden, linked):
                 part[SHEAR_LOADS] = np.minimum(part[SHEAR_LOADS], most_left)
         left = np.where(imposed, safety, corrected_safety) * held
         # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
         unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        width = 1.0 if self._setup.model.line else WIDTH
-        errors = np.hypot(width * np.linalg.norm([cells, safety * held, hidden, linked], axis=0), iteration)
-        parts = [cells, left, unsolved, hidden, CORRECTED_LINKED * linked]
-        corrected = np.hypot(width * np.linalg.norm(parts, axis=0), iteration)
+        factor = width(self._setup.model)
+        parts = [cells, safety * held, hidden, linked]
+        corrected_parts = [cells, left, unsolved, hidden, CORRECTED_LINKED * linked]
+        errors, corrected = (
+            np.hypot(factor * np.linalg.norm(each, axis=0), iteration) for each in (parts, corrected_parts)
+        )
         if self._setup.model.line:  # there the radii are half-widths
             errors[WIDTHS_ALONG_X] = np.maximum(errors[WIDTHS_ALONG_X], errors[[CONTACT, STICK]])
         change[imposed] = 0.0
@@ -189,8 +191,9 @@ class ErrorBars:
         count = self._setup.load_path.counts[summary.stage - 1]
         at_edge = self._least_errors.energy_at_edge(summary, count)
         carried = self._carried(summary)
-        known = room(self._setup.model)
-        self._shear_path = self._shear_path.after(summary, carried, pressed, at_edge, count, known)
+        self._shear_path = self._shear_path.after(
+            summary, carried, pressed, at_edge, count, known=room(self._setup.model)
+        )
         if self._setup.model.coupled:
             pressed_alone = summary.stage <= self._pressing_stages
             self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))

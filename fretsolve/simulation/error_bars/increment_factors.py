@@ -141,9 +141,7 @@ def moved_sideways(summary: Summary, carried: float) -> bool:
 
 @dataclass(frozen=True)
 class HiddenNearSliding:
-    """The errors that increments of unlike bodies, or of a shear that has turned, hide near gross slip.
-
-    Twice and half of them do not show these.
+    """The errors that increments near gross slip hide from twice and half of them: of unlike bodies, or after a turn.
 
     way: the longest one of an increment there, over what it left of the friction limit, 1 at most; energy, last: least
     errors (mJ) of what was dissipated up to there, and in the last increment; slides: whether that slides; turned:

@@ -40,8 +40,8 @@ from fretsolve.system.arrays import DoubleArray
 
 LATE, LATE_ENERGY, LATE_EDGE, LATER_EDGE = 0.2, 2.0, 0.5, 0.1
 """Least errors by late contact: of what the increment changes, over the part of the contact radius that it adds; the
-relative one of the energy dissipated in it and later, over that part, 1 at most; and those of its stick radius, and of
-later ones, over what it adds to the contact radius."""
+relative one of the energy dissipated in it and later, over that part, ALL at most; and those of its stick radius, and
+of later ones, over what it adds to the contact radius."""
 
 UNLOADED, APPROACH = 0.34, 0.8
 """Least relative error of the contact radius of unlike bodies that are unloaded, over (beta mu / (mu + beta))^2 and one

@@ -63,9 +63,14 @@ DIFFERENT = {
 }
 
 
+def width(model: Model) -> float:
+    """Return the factor on the sum of all parts of a bar."""
+    return 1.0 if model.line else WIDTH
+
+
 def room(model: Model) -> float:
     """Return by how much larger a part that is known exactly, or bounds an error, is taken, so that a bar holds it."""
-    return 1.0 if model.line else 1.0 / WIDTH
+    return 1.0 / width(model)
 
 
 def _columns(estimates: list[QuantityEstimate]) -> list[DoubleArray]:

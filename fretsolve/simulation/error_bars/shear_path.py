@@ -97,7 +97,7 @@ class ShearPath:
     @property
     def to_limit(self) -> float:
         """The part of the friction limit that is left, 0 where the bodies slide."""
-        return max(1.0 - math.hypot(*self.at), 0.0)
+        return _left(self.at, 0.0)
 
     @property
     def left(self) -> float:
@@ -201,5 +201,5 @@ def _product(one: Shares, other: Shares) -> float:
     return sum(a * b for a, b in zip(one, other, strict=True))
 
 
-def _left(at: Shares) -> float:
-    return max(1.0 - math.hypot(*at), LEAST_LEFT)
+def _left(at: Shares, least: float = LEAST_LEFT) -> float:
+    return max(1.0 - math.hypot(*at), least)

@@ -56,8 +56,8 @@ edges may lie alike in their cells."""
 
 ROUNDED_CELLS, ROUNDED_CELLS_LINE = 2.0, 1.0
 """Number of cells over which a rounding is in contact, up to which ROUNDED_EDGE and ROUNDED_EDGE_LINE hold; over more
-cells they fall with the square of it. On
-areas two errors at 3 cells were 0.1 h, all others there and beyond below 0.03 h."""
+cells they fall with the square of it. On areas two errors at 3 cells were 0.1 h, all others there and beyond below
+0.03 h."""
 
 MISSED_OUTLINE = 0.6
 """Least relative error of radii over the part of its area that cells miss of a sharp body: half of that, and room for
@@ -110,7 +110,7 @@ STRETCH, UNTILTED = 0.15, 1e-3
 tilt times the contact radius over the approach from which on they count as tilted."""
 
 PRESSED_STEPS, PRESSED_CELLS = 6.0, 3.0
-"""Least relative error, at most 1, of what pressing unlike bodies dissipates in an annulus thinner than PRESSED_CELLS
+"""Least relative error, ALL at most, of what pressing unlike bodies dissipates in an annulus thinner than PRESSED_CELLS
 cells, over one over the number of increments: coarse runs see next to no annulus, and not what more increments change.
 """
 

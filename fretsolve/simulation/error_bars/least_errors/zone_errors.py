@@ -14,7 +14,7 @@ from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS, room
 from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
-from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, IndexArray, vector_lengths
 
 CONTACT_EDGE, MAP_EDGE, MAP_EDGE_LINE = 0.0075, 0.01, 0.06
 """Least error of the contact radius over h, and on height maps; that of a stick zone which fills the contact is the
@@ -130,25 +130,16 @@ class ZoneErrors:
         """
         if not (self.model.line and self.maps):
             return 0.0
-        pressure = state.fields.pressure[:, 0]
+        pressure, gap = state.fields.pressure[:, 0], state.fields.gap[:, 0]
         rises = np.diff(pressure, prepend=0.0, append=0.0) > 0.0
         if np.count_nonzero(rises[:-1] & ~rises[1:]) <= 1:
             return 0.0
-        lengths = np.diff(np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False)))
-        parts, gaps = lengths[::2] if len(lengths) > 1 else lengths[:0], lengths[1::2]
-        few = 2.0 * FEW_CELLS / np.maximum(parts, 2.0 * FEW_CELLS)
-        troughs = ~rises[:-1] & rises[1:] & (pressure > 0.0) & (pressure < DOUBTFUL_PRESSURE * pressure.max())
-        opens = np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False))
-        faint = sum(
-            pressure[start:end].max() < DOUBTFUL_PRESSURE * pressure.max()
-            for start, end in zip(opens[::2], opens[1::2], strict=True)
-        )
-        holes = ~np.isfinite(state.fields.gap[:, 0])  # these stay open
-        between = zip(opens[1:-1:2], opens[2::2], gaps, strict=True)
-        narrow = sum(gap <= DOUBTFUL_GAP and not holes[start:end].any() for start, end, gap in between)
-        doubtful = narrow + faint + np.count_nonzero(troughs)
+        ends = np.flatnonzero(np.diff(pressure > 0.0, prepend=False, append=False))
+        lengths = np.diff(ends)[::2] if len(ends) > 2 else np.array([])
+        few = 2.0 * FEW_CELLS / np.maximum(lengths, 2.0 * FEW_CELLS)
         by_parts = float(np.linalg.norm(FEW_CONTACT * few**FEW_ORDER))
-        return math.hypot(MAP_EDGE_LINE, by_parts, DOUBTFUL_CELL * math.sqrt(doubtful)) * self.side
+        places = _doubtful_places(pressure, gap, rises, ends)
+        return math.hypot(MAP_EDGE_LINE, by_parts, DOUBTFUL_CELL * math.sqrt(places)) * self.side
 
     @property
     def _unlike_edge(self) -> float:
@@ -221,6 +212,20 @@ class ZoneErrors:
         rows = max(_span(sticks.any(axis)) - _span(surely.any(axis)) for axis in (0, 1))
         known = room(self.model)
         return known * (1.0 - left) * state.summary.stick_radius, 0.5 * known * rows * self.side
+
+
+def _doubtful_places(pressure: FloatArray, gap: FloatArray, rises: BoolArray, ends: IndexArray) -> int:
+    """Return the number of places where a line contact on waves may be open or closed.
+
+    rises: whether the pressure rises into each cell, and beyond the last one; ends: where its parts begin and end.
+    """
+    faint = DOUBTFUL_PRESSURE * pressure.max()
+    troughs = ~rises[:-1] & rises[1:] & (pressure > 0.0) & (pressure < faint)
+    parts = (pressure[start:end] for start, end in zip(ends[::2], ends[1::2], strict=True))
+    gaps = (gap[start:end] for start, end in zip(ends[1:-1:2], ends[2::2], strict=True))
+    weak = sum(part.max() < faint for part in parts)
+    narrow = sum(len(one) <= DOUBTFUL_GAP and bool(np.isfinite(one).all()) for one in gaps)  # holes stay open
+    return int(np.count_nonzero(troughs) + weak + narrow)
 
 
 def _span(rows: BoolArray) -> int:
