@@ -736,6 +736,21 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {3: {"delta_x": 6.06e-4, "delta_y": 8.61e-4, "work_total": 1.831e-3}},
     ),
+    "the stick radius of a sphere whose shear turns twice in few increments": (
+        {
+            "bodies": 2 * [{"young_modulus": 235.4e3, "poisson_ratio": 0.37}],
+            "surface": {"sphere": {"radius": 34.336}},
+            "friction": 0.424,
+            "grid": {"points": 32, "size": [2.784, 3.0483]},
+            "load_path": [
+                {"P": 6796.0, "increments": 1},
+                {"Qx": 2593.0, "increments": 2},
+                {"Qx": 1336.0, "Qy": 2223.0, "increments": 2},
+                {"Qx": -1217.0, "Qy": 2290.0, "increments": 3},
+            ],
+        },
+        {2: {"stick_radius": 0.502947}, 3: {"stick_radius": 0.405927}, 4: {"stick_radius": 0.317096}},
+    ),
 }
 
 

@@ -237,9 +237,10 @@ class CoarseRuns:
         """
         if self.other_increments is None:
             return np.zeros(len(ESTIMATED))
-        errors = between_common_points(
-            partial(self._errors_at, path, order), self._path, self.other_increments.setup.load_path, point
-        )
+        # compare the two at increments of the one that has fewer, which the other one has too
+        runs = self.other_increments.setup.load_path, self.third.setup.load_path
+        fewer = min(runs, key=lambda run: run.counts[point.stage])
+        errors = between_common_points(partial(self._errors_at, path, order), self._path, fewer, point)
         return np.where(which, errors, 0.0)
 
     def _errors_at(self, path: LoadPath, order: float, point: PathPoint) -> DoubleArray:

@@ -21,7 +21,7 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars.coarse_counts import sheared_stages
+from fretsolve.simulation.error_bars.coarse_counts import pressed_at_once, sheared_stages
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
 from fretsolve.simulation.error_bars.few_increments import early_edge, pressed_energy, pressed_radius
 from fretsolve.simulation.error_bars.increment_factors import (
@@ -30,7 +30,6 @@ from fretsolve.simulation.error_bars.increment_factors import (
     HiddenNearSliding,
     Steps,
     moved_sideways,
-    pressed_at_once,
 )
 from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.missed_motion import (

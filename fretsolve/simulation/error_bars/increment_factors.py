@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.result.state import Summary
-from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE
 from fretsolve.simulation.error_bars.quantity_estimates import (
     DELTA_X,
@@ -68,8 +67,8 @@ TANGENTIAL: BoolArray = (LINKED > 0.0) & CORRECTABLE
 """Which of the values are tangential loads and displacements."""
 
 SHIFTED: BoolArray = TANGENTIAL.copy()
-"""The same and the energy since the start, to all of which slip adds in every increment."""
-SHIFTED[TOTAL] = True
+"""The same, the energy since the start and the moments of the pressure, to all of which slip adds in each increment."""
+SHIFTED[[TOTAL, MX, MY]] = True
 
 ENERGIES: BoolArray = np.zeros_like(TANGENTIAL)
 """The energies."""
@@ -120,14 +119,6 @@ class Steps:
             safety[which] = np.maximum(safety[which], least)
             corrected[which] = np.maximum(corrected[which], least_corrected)
         return (safety * ENDED, corrected * ENDED) if self.ends else (safety, corrected)
-
-
-def pressed_at_once(setup: ProblemSetup) -> bool:
-    """Return whether a stage presses unlike bodies in one increment."""
-    stages = zip(setup.case.stages(), setup.load_path.counts, strict=True)
-    return setup.model.coupled and any(
-        count == 1 and {"P", "delta_z"} & dict(stage.targets).keys() for stage, count in stages
-    )
 
 
 def moved_sideways(summary: Summary, carried: float) -> bool:

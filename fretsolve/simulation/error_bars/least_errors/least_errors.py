@@ -194,7 +194,7 @@ class LeastErrors:
         least[[WORK, TOTAL]] = self._dissipated(state, relative, shear_path, self._with_holes(holes))
         add_moments_and_tilts(least, self.model, summary, largest, cells, ends=self.ends)
         if shear_path.turned:
-            add_turned(least, largest, shear_path.turned)
+            add_turned(least, largest, summary, shear_path)
         if not self.ends:
             add_thin_shear(least, self._unseen_slip, summary, largest, shear_path)
         if radius and (self.sharp or whole):

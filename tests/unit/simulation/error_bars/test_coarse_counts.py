@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from solving import DISSIMILAR, setup_of
+from solving import DISSIMILAR, SIMILAR, setup_of
 
-from fretsolve.simulation.error_bars.coarse_counts import CoarseCounts, coarse_counts
+from fretsolve.simulation.error_bars.coarse_counts import CoarseCounts, coarse_counts, slipping_stages
 from fretsolve.simulation.error_bars.coarse_runs import CoarseRuns
 
 
 @pytest.mark.parametrize(
     ("count", "third", "other", "half"),
-    [(1, 1, 2, 1), (3, 3, 6, 3), (4, 2, 1, 1), (5, 4, 2, 2), (8, 4, 2, 2), (9, 6, 3, 3)],
+    [(1, 1, 2, 1), (2, 2, 4, 2), (3, 2, 4, 2), (4, 2, 1, 1), (5, 4, 2, 2), (8, 4, 2, 2), (9, 6, 3, 3)],
 )
 def test_other_increments_show_how_slip_turns(count: int, third: int, other: int, half: int) -> None:
     setup = setup_of(load_path=[{"P": 400, "increments": 3}, {"Qx": 20, "increments": count}])
@@ -23,6 +23,24 @@ def test_other_increments_show_how_slip_turns(count: int, third: int, other: int
     assert runs.third.setup.load_path.counts == (3, third)
     assert runs.other_increments.setup.load_path.counts == (1, other)
     assert runs.half.setup.load_path.counts == (3, half)
+
+
+@pytest.mark.parametrize(
+    ("bodies", "first", "third", "other"),
+    [
+        (SIMILAR, 1, (1, 4, 1, 2), (1, 8, 2, 4)),  # the pressing does not slip
+        (DISSIMILAR, 4, (2, 4, 1, 2), (4, 8, 2, 4)),
+        (DISSIMILAR, 1, (1, 8, 1, 3), (2, 16, 2, 6)),  # what the one increment misses is carried on
+    ],
+)
+def test_long_stages_beside_short_ones_have_fewer_increments(
+    bodies: Any, first: int, third: tuple[int, ...], other: tuple[int, ...]
+) -> None:
+    short = {"Qx": 0.0, "increments": 1}, {"Qy": 9.0, "increments": 3}
+    loads = [{"P": 400, "increments": first}, {"Qx": 20, "increments": 8}, *short]
+    setup = setup_of(bodies=bodies, load_path=loads)
+    counts = coarse_counts(setup, slipping_stages(setup))
+    assert counts == CoarseCounts(third, other, third)
 
 
 @pytest.mark.parametrize(

@@ -155,7 +155,8 @@ def test_bars_go_on_where_a_run_goes_on() -> None:
         for (state, errors), (expected, bars) in zip(resumed, whole[done:], strict=True):
             assert state.summary.delta_x == expected.summary.delta_x
             for name in vars(bars).keys() - {"coarse_runs_wall_time"}:
-                assert getattr(errors, name) == getattr(bars, name), name
+                # NaN stands for the middle of a stick zone that a coarse grid does not show
+                assert np.array_equal(getattr(errors, name), getattr(bars, name), equal_nan=True), name
 
 
 def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,10 +171,11 @@ def test_coarse_run_without_a_solution_leaves_unknown_bars(monkeypatch: pytest.M
     told: list[str] = []
     rows = with_bars(setup, warn=told.append)
     assert len(rows) == 4
-    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, False, True]
+    assert [math.isnan(errors.delta_x_error) for _, errors in rows] == [False, False, True, True]
     assert len(told) == 1
-    what = "the coarse run on 8 x 8 cells with 4 increments has no solution: gross slip under Qx = 59 N"
-    assert told[0].startswith(f"no error bars from increment 3 on: {what}")
+    # two increments stand for three, so that the second and the third one need the end of the stage
+    what = "the coarse run on 8 x 8 cells with 3 increments has no solution: gross slip under Qx = 59 N"
+    assert told[0].startswith(f"no error bars from increment 2 on: {what}")
     assert "\n" not in told[0]
 
 

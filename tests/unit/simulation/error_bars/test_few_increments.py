@@ -24,6 +24,8 @@ from fretsolve.simulation.error_bars.few_increments import (
     SHEARED_EDGE,
     SHEARED_EDGE_LINE,
     TURNED,
+    TURNED_AGAIN,
+    TURNED_EDGE,
     TURNED_ENERGY,
     TURNED_MOMENT,
     add_turned,
@@ -31,7 +33,19 @@ from fretsolve.simulation.error_bars.few_increments import (
     pressed_energy,
     pressed_radius,
 )
-from fretsolve.simulation.error_bars.quantity_estimates import ALL, DELTA_X, DELTA_Y, MZ, PHI_Z, QX, QY, TOTAL, WORK
+from fretsolve.simulation.error_bars.quantity_estimates import (
+    ALL,
+    DELTA_X,
+    DELTA_Y,
+    MZ,
+    PHI_Z,
+    QX,
+    QY,
+    STICK,
+    TOTAL,
+    WORK,
+)
+from fretsolve.simulation.error_bars.shear_path import ShearPath
 
 RADIUS = 0.3
 PRESSED = [replace(next(fake_states(1)).summary, contact_radius=RADIUS, step=step, stage=1) for step in range(4)]
@@ -109,10 +123,29 @@ def test_where_all_sticks_all_that_pressing_dissipates_is_uncertain() -> None:
 
 def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
     largest, found = np.arange(1.0, 1.0 + len(ESTIMATED)), np.zeros(len(ESTIMATED))
-    add_turned(found, largest, 0.5)
+    add_turned(found, largest, SHEARED, ShearPath(turning=0.5))
     for pair in ([QX, QY], [DELTA_X, DELTA_Y]):
         assert found[pair] == pytest.approx(0.5 * TURNED * np.hypot(*largest[pair]), rel=1e-12)
     assert found[PHI_Z] == pytest.approx(0.5 * TURNED * largest[PHI_Z], rel=1e-12)
     assert found[MZ] == pytest.approx(0.5 * TURNED_MOMENT * largest[MZ], rel=1e-12)
     assert found[[WORK, TOTAL]] == pytest.approx(0.5 * TURNED_ENERGY * largest[[WORK, TOTAL]], rel=1e-12)
-    assert np.count_nonzero(found) == 8
+    assert found[STICK] == pytest.approx(0.5 * TURNED_EDGE * RADIUS, rel=1e-12)
+    assert np.count_nonzero(found) == 9
+
+
+@pytest.mark.parametrize(
+    ("path", "stick_cells", "least"),
+    [
+        (ShearPath(turned_before=0.2), 200, 0.2 * TURNED_EDGE),
+        (ShearPath(turning=0.1, turned_before=0.2), 200, 0.2 * TURNED_AGAIN),
+        (ShearPath(turning=1e-9, turned_before=0.2), 200, 0.2 * TURNED_EDGE),  # by a rounding
+        (ShearPath(turning=0.1), 300, 0.0),  # all cells stick
+        (ShearPath(turning=0.1), 0, 0.0),
+    ],
+)
+def test_the_edge_of_a_stick_zone_is_less_certain_after_a_second_turn(
+    path: ShearPath, stick_cells: int, least: float
+) -> None:
+    found = np.zeros(len(ESTIMATED))
+    add_turned(found, np.ones(len(ESTIMATED)), replace(SHEARED, stick_cells=stick_cells), path)
+    assert found[STICK] == pytest.approx(least * RADIUS, rel=1e-12)
