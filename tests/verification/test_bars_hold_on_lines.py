@@ -317,4 +317,4 @@ def test_bars_hold_what_few_increments_that_press_unlike_bodies_dissipate_where_
         load_path=[{"P": 71.43, "increments": 5}, {"Qx": 16.0, "increments": 1}, {"Qx": 4.8, "increments": 2}],
     )
     summary, errors = ends_of_stages(case)[1]
-    assert abs(summary.work_total - 6.2616e-4) <= errors.work_total_error < 0.3 * summary.work_total
+    assert abs(summary.work_total - 6.2616e-4) <= errors.work_total_error < 0.5 * summary.work_total

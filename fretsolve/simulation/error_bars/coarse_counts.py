@@ -24,6 +24,10 @@ bars held as many values; corrected `delta_x` of such cases had errors 1.4 times
 median."""
 
 
+TILTING = ("Mx", "My", "phi_x", "phi_y")
+"""Targets of a stage that tilt the bodies."""
+
+
 @dataclass(frozen=True)
 class CoarseCounts:
     """Increments per stage of the coarse runs: on a third of the points, on the same ones to compare, and on half.
@@ -50,8 +54,8 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
         other = half = tuple(-(-count // 4) for count in counts)
         third = tuple(2 * count for count in other)
     else:
-        # What one increment that presses unlike bodies misses is carried on, and is the larger part later: all the same
-        fewer = not pressed_at_once(setup)
+        # What increments miss that press unlike bodies is carried on, and counts most of one, or where bodies tilt.
+        fewer = not (pressed_at_once(setup) or (setup.model.coupled and tilts(setup)))
         third = half = tuple(-(-count // 2) if fewer and count >= FEW else count for count in counts)
         other = tuple(2 * count for count in third)
     # until something slips, one increment leads to the same state as many
@@ -90,3 +94,8 @@ def pressed_at_once(setup: ProblemSetup) -> bool:
     return setup.model.coupled and any(
         count == 1 and {"P", "delta_z"} & dict(stage.targets).keys() for stage, count in stages
     )
+
+
+def tilts(setup: ProblemSetup) -> bool:
+    """Return whether a stage tilts the bodies."""
+    return any(name in TILTING and value for stage in setup.case.stages() for name, value in stage.targets)

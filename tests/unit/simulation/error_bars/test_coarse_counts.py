@@ -43,6 +43,13 @@ def test_long_stages_beside_short_ones_have_fewer_increments(
     assert counts == CoarseCounts(third, other, third)
 
 
+@pytest.mark.parametrize(("bodies", "third"), [(SIMILAR, (4, 2)), (DISSIMILAR, (8, 3))])
+def test_unlike_bodies_that_tilt_keep_all_increments(bodies: Any, third: tuple[int, int]) -> None:
+    loads = [{"P": 400, "My": 0.5, "increments": 8}, {"Qx": 20, "increments": 3}]
+    setup = setup_of(bodies=bodies, load_path=loads)
+    assert coarse_counts(setup, (True, True)).third == third
+
+
 @pytest.mark.parametrize(
     ("parts", "matter"),
     [
