@@ -87,14 +87,23 @@ class Edge:
 
         0 where the edge is sharp, and does not slip, where it is not in contact, and where cells of `side` (mm) see it.
         """
+        squares, depth = self.hidden_singularity(pressure, side, contact_modulus)
+        return SLIPPING * friction**2 * squares * depth / contact_modulus
+
+    def hidden_singularity(self, pressure: FloatArray, side: float, contact_modulus: float) -> tuple[float, float]:
+        """Return the sum of K^2 (MPa^2 mm) times lengths (mm) along a rounding, and how far (mm) it is in contact.
+
+        0 for both where the edge is sharp, where it is not in contact, and where cells of `side` (mm) see it.
+        """
         at_edge = pressure[self.near].astype(np.float64)
         largest = float(at_edge.max(initial=0.0))
         if largest == 0.0 or self.radius == 0.0:
-            return 0.0
+            return 0.0, 0.0
         depth = self._depth(_singularity(largest, side), contact_modulus)
+        if depth >= SEEN * side:
+            return 0.0, 0.0
         along = 1.0 if pressure.shape[1] == 1 else side  # energies of a line contact are per length
-        squares = _singularity(1.0, side) ** 2 * float(np.square(at_edge).sum()) * along
-        return SLIPPING * friction**2 * squares * depth / contact_modulus if depth < SEEN * side else 0.0
+        return _singularity(1.0, side) ** 2 * float(np.square(at_edge).sum()) * along, depth
 
     def hidden_stress(self, limit: DoubleArray, shear: DoubleArray, share: float, unlike: float) -> float:
         """Return the sum over cells of limit^2 (MPa^2) times the part by which the shear within one may exceed it.

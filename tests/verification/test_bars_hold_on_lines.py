@@ -318,3 +318,27 @@ def test_bars_hold_what_few_increments_that_press_unlike_bodies_dissipate_where_
     )
     summary, errors = ends_of_stages(case)[1]
     assert abs(summary.work_total - 6.2616e-4) <= errors.work_total_error < 0.5 * summary.work_total
+
+
+@pytest.mark.parametrize("points", [33, 65])
+@pytest.mark.parametrize(("share", "sheared", "reversed_"), [(0.15, 3.43e-5, 5.89e-5), (0.25, 7.87e-5, 1.474e-4)])
+def test_bars_hold_slip_of_unlike_bodies_beyond_a_rounding_that_no_cell_sees(
+    share: float, sheared: float, reversed_: float, points: int
+) -> None:
+    """Against 4097 cells, ten in the rounding's contact: 33 and 65 see nothing of it, or some cells too many."""
+    limit = 0.366 * 325.0
+    case = line_case(
+        surface={"punch": {"radius": 0.61335, "edge_radius": 0.00368}},
+        bodies=["rigid", {"young_modulus": 129e3, "poisson_ratio": 0.42}],
+        friction=0.366,
+        grid={"points": points, "size": 1.7},
+        load_path=[
+            {"P": 325.0, "increments": 2},
+            {"Qx": share * limit, "increments": 4},
+            {"Qx": -share * limit, "increments": 4},
+        ],
+    )
+    ends = ends_of_stages(case)
+    for stage, truth in ((2, sheared), (3, reversed_)):
+        summary, errors = ends[stage]
+        assert abs(summary.work_total - truth) <= errors.work_total_error < 4.0 * truth

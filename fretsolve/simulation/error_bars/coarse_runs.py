@@ -220,12 +220,12 @@ class CoarseRuns:
         return PathPoint(stage, (step - self._path.last_steps[stage] + count) / count)
 
     def _half_less_third(self, point: PathPoint) -> DoubleArray:
-        other, half, third = self.other_increments, self.half.setup.load_path, self.third.setup.load_path
-        if other is not None and other.setup.load_path.counts[point.stage] == half.counts[point.stage]:
-            return self.half.values_at(point) - other.values_at(point)
-        difference = self.half.values_at(point) - self.third.values_at(point)
-        found: DoubleArray = difference - self._errors(half, point) + self._errors(third, point)
-        return found
+        # of the runs on a third of the points, the one with as many increments
+        counts, alike = self.half.setup.load_path.counts, self.third
+        other = self.other_increments
+        if other is not None and other.setup.load_path.counts[point.stage] == counts[point.stage]:
+            alike = other
+        return self.half.values_at(point) - alike.values_at(point)
 
     def _errors(
         self, path: LoadPath, point: PathPoint, which: BoolArray = CORRECTABLE, order: float = FIRST_ORDER

@@ -21,7 +21,7 @@ from fretsolve.case.models import Case
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars.coarse_counts import pressed_at_once, sheared_stages
+from fretsolve.simulation.error_bars.coarse_counts import presses_unlike_bodies, sheared_stages
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
 from fretsolve.simulation.error_bars.few_increments import early_edge, pressed_energy, pressed_radius
 from fretsolve.simulation.error_bars.increment_factors import (
@@ -44,6 +44,8 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     CONTACT,
     LINKED,
     LOAD,
+    MX,
+    MY,
     ORDER,
     PRESSED,
     SHEAR_LOADS,
@@ -120,7 +122,7 @@ class ErrorBars:
         self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
-        self._at_once, self._frictions = pressed_at_once(setup), frictions_of(setup)
+        self._at_once, self._frictions = presses_unlike_bodies(setup, 1), frictions_of(setup)
         self._changes_before = np.zeros(len(ESTIMATED))
         self._pressing_stages = sheared_stages(setup).count(False)
         self._pressing_increments = sum(setup.load_path.counts[: self._pressing_stages])
@@ -154,6 +156,8 @@ class ErrorBars:
         safety, corrected_safety = self._steps(summary.step).factors()
         largest_change = self._largest_change(most)
         held = np.where(imposed, most, largest_change)
+        if not summary.P:  # nothing is left of the moments
+            held[[MX, MY]] = most[[MX, MY]]
         linked = np.where(imposed, 0.0, self._linked(most))
         hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
         if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit

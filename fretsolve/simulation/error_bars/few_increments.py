@@ -1,6 +1,6 @@
 """Least errors by few increments that press unlike bodies, or that turn the shear.
 
-Coarse runs halve and quarter the increments of the run. Where these are few, both hide the same errors.
+Coarse runs have some of the run's increments, and twice as many. Where these are few, both hide the same errors.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     QX,
     QY,
     STICK,
+    STICK_EXTENTS,
     TOTAL,
     WORK,
 )
@@ -61,11 +62,11 @@ little. TURNED_MOMENT is that of the moment Mz that holds unlike bodies from twi
 where `turned` is 0.033, and 22 % where that is 0.097. TURNED_ENERGY is that of the energies: a right angle in one
 increment near gross slip, where `turned` is 0.32, dissipated 4.5 % too much, of which twice as many show a fifth."""
 
-
 TURNED_EDGE, TURNED_AGAIN = 0.05, 0.14
-"""Least error of the stick radius where the shear turns, over the contact radius and `ShearPath.turned`, and where it
-has turned before, too. Spheres and ellipsoids of like bodies that were turned in 1 to 8 increments had up to 0.06 times
-that (16 random ones), those after another turn 0.11 times in nine of ten cases, 0.14 at most (36)."""
+"""Least error of the stick radius once the shear has turned, over the contact radius and `ShearPath.turned`, and that
+in a stage that turns it after another one has. Of like spheres and ellipsoids that were turned in 1 to 8 increments it
+was up to 0.06 times that (16 random ones), after a second turn up to 0.11 times in nine of ten cases, 0.14 at most
+(36)."""
 
 
 def early_edge(model: Model, summary: Summary, pressed: int) -> float:
@@ -110,9 +111,10 @@ def pressed_energy(model: Model, summary: Summary) -> float:
 
 
 def add_turned(least: DoubleArray, largest: DoubleArray, summary: Summary, path: ShearPath) -> None:
-    """Add what few increments that turn the shear hide of tangential values, energies and the stick radius.
+    """Add what few increments that turn the shear hide of tangential values, energies and the stick zone.
 
-    The first two are a part of the largest ones so far. The stick radius is known where all sticks, or nothing.
+    Tangential values and energies are known to a part of the largest ones so far. Where all sticks, or nothing, the
+    edge of the stick zone is known.
     """
     turned = path.turned
     relative = TURNED * turned
@@ -125,4 +127,5 @@ def add_turned(least: DoubleArray, largest: DoubleArray, summary: Summary, path:
     least[turns] = np.hypot(least[turns], [TURNED_MOMENT * turned * largest[MZ], relative * largest[PHI_Z]])
     if 0 < summary.stick_cells < summary.contact_cells:
         edge = TURNED_AGAIN if min(path.turning, path.turned_before) > UNSHEARED else TURNED_EDGE
-        least[STICK] = math.hypot(least[STICK], edge * turned * summary.contact_radius)
+        zone = [STICK, *STICK_EXTENTS]
+        least[zone] = np.hypot(least[zone], edge * turned * summary.contact_radius)

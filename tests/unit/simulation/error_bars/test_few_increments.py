@@ -42,6 +42,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     QX,
     QY,
     STICK,
+    STICK_EXTENTS,
     TOTAL,
     WORK,
 )
@@ -129,8 +130,8 @@ def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> No
     assert found[PHI_Z] == pytest.approx(0.5 * TURNED * largest[PHI_Z], rel=1e-12)
     assert found[MZ] == pytest.approx(0.5 * TURNED_MOMENT * largest[MZ], rel=1e-12)
     assert found[[WORK, TOTAL]] == pytest.approx(0.5 * TURNED_ENERGY * largest[[WORK, TOTAL]], rel=1e-12)
-    assert found[STICK] == pytest.approx(0.5 * TURNED_EDGE * RADIUS, rel=1e-12)
-    assert np.count_nonzero(found) == 9
+    assert found[[STICK, *STICK_EXTENTS]] == pytest.approx(0.5 * TURNED_EDGE * RADIUS, rel=1e-12)
+    assert np.count_nonzero(found) == 9 + len(STICK_EXTENTS)
 
 
 @pytest.mark.parametrize(
