@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
@@ -57,6 +57,12 @@ class GridSpec(CaseModel):
         default=None, description="[lx, ly] of the potential contact area, one value for both, or auto: by the loads"
     )
     center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre", examples=[["0.1 mm", 0]])
+
+
+def too_few_points(sides: Sequence[int], what: str = "error bars") -> str:
+    """Return the message that grids of so few points per side have no error bars."""
+    few = " x ".join(map(str, sides))
+    return f"{few} are too few for {what}; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
 
 
 class Case(CaseModel):
@@ -247,9 +253,8 @@ class Case(CaseModel):
         implied = self.solver.accuracy is not None and "error_bars" not in self.solver.model_fields_set
         sides = self.grid.points[: 1 if self.plane else 2]
         if (self.solver.error_bars or implied) and min(sides) < FEWEST_ERROR_BAR_POINTS:
-            few = " x ".join(map(str, sides))
             what = "the error bars that solver.accuracy takes" if implied else "error bars"
-            message = f"{few} are too few for {what}; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
+            message = too_few_points(sides, what)
             refused_at([(("grid", "points"), message)])
         return self
 

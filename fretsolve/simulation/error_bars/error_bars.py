@@ -17,7 +17,8 @@ from dataclasses import replace
 import numpy as np
 
 from fretsolve.case.history import BULK, EXTENTS, PAIRS
-from fretsolve.case.models import Case
+from fretsolve.case.models import FEWEST_ERROR_BAR_POINTS, Case, too_few_points
+from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -94,9 +95,12 @@ def run_with_error_bars(
     """Solve `case` as `run` does, and yield each state with its error bars.
 
     If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
-    Raises NoSolutionError if the run itself has none.
+    Raises NoSolutionError if the run itself has none, and CaseError on too few points for coarse runs.
     """
     setup = case if isinstance(case, ProblemSetup) else set_up(_with_room(case))
+    sides = setup.grid.shape[: len(setup.grid.axes)]
+    if min(sides) < FEWEST_ERROR_BAR_POINTS:
+        raise CaseError(too_few_points(sides), ("grid", "points"))
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
         errors = bars.of(state)

@@ -17,6 +17,7 @@ from small_cases import CASE, case_error, write_case
 from solving import DISSIMILAR, HERTZ, SPHERE, build, setup_of
 
 from fretsolve import load_case, open_result, run
+from fretsolve.errors import CaseError
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
@@ -514,3 +515,11 @@ def test_bars_keep_the_largest_change_by_increments() -> None:
             assert errors.work_total_error > 2.0 * max(sizes)
             assert errors.work_total_corrected_error > 1.1 * max(sizes)
     assert sizes[2] < 0.2 * sizes[1]
+
+
+@pytest.mark.parametrize(
+    ("parts", "few"), [({"grid": {"points": [24, 12]}}, "24 x 12"), ({"grid": {"points": 12}}, "12 x 12")]
+)
+def test_too_few_points_for_coarse_runs_are_refused(parts: dict[str, Any], few: str) -> None:
+    with pytest.raises(CaseError, match=f"^grid.points: {few} are too few for error bars; 16 or more per side are"):
+        next(run_with_error_bars(build(**parts)))
