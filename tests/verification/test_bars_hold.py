@@ -736,6 +736,21 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
         },
         {3: {"delta_x": 6.06e-4, "delta_y": 8.61e-4, "work_total": 1.831e-3}},
     ),
+    "the energy of a load that falls under shear in one increment": (
+        {
+            "bodies": ["rigid", {"young_modulus": 4000.0, "poisson_ratio": 0.38}],
+            "surface": {"sphere": {"radius": 20.0}},
+            "friction": 1.0,
+            "grid": {"points": 28},
+            "load_path": [
+                {"P": 60.0, "increments": 12},
+                {"Qx": 20.0, "increments": 8},
+                {"P": 35.0, "increments": 1},
+                {"Qx": 0.0, "increments": 3},
+            ],
+        },
+        {3: {"work_total": 0.01979}, 4: {"work_total": 0.02091}},
+    ),
     "the stick radius of a sphere whose shear turns twice in few increments": (
         {
             "bodies": 2 * [{"young_modulus": 235.4e3, "poisson_ratio": 0.37}],

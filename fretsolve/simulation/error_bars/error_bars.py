@@ -24,7 +24,7 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_counts import presses_unlike_bodies, sheared_stages
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.error_bars.few_increments import early_edge, pressed_energy, pressed_radius
+from fretsolve.simulation.error_bars.few_increments import early_edge, energy_of_fall, pressed_energy, pressed_radius
 from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_LINKED,
     SHIFTED,
@@ -60,7 +60,7 @@ from fretsolve.simulation.error_bars.quantity_estimates import (
     room,
     width,
 )
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, UNSHEARED, ShearPath
+from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, UNSHEARED, ShearPath, share_of_limit
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -196,8 +196,9 @@ class ErrorBars:
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         pressed = self._least_errors.sheared_by_pressing(summary)
         count = self._setup.load_path.counts[summary.stage - 1]
+        before, carried = self._summaries[-2] if len(self._summaries) > 1 else None, self._carried(summary)
         at_edge = self._least_errors.energy_at_edge(summary, count)
-        carried = self._carried(summary)
+        at_edge += energy_of_fall(before, summary, share_of_limit(summary, carried))
         self._shear_path = self._shear_path.after(
             summary, carried, pressed, at_edge, count, known=room(self._setup.model)
         )

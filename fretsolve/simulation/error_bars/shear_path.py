@@ -139,14 +139,13 @@ class ShearPath:
                 now=summary,
                 before=self._most_pressed,
             )
-        arm = summary.contact_radius / TORQUE_ARM
-        force = summary.Qx, summary.Qy, summary.Mz / arm if arm else 0.0
-        at = force[0] / carried, force[1] / carried, force[2] / carried
+        at = shares_of_limit(summary, carried)
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         last = math.hypot(*way)
         begins = self.now is None or self.now.stage != summary.stage
         turns = _product(way, self.way) < 0.0
         turned = self.now.stick_radius if turns and self.now else self.edges.turned
+        force = summary.Qx, summary.Qy, at[2] * carried
         memory = self.memory.after(summary.P, force, carried / summary.P)
         at_once = self.at_once.after_at_once(summary.P, force, carried / summary.P)
         largest_load = max(summary.P, self.now.P if self.now is not None else 0.0)
@@ -177,6 +176,17 @@ class ShearPath:
         if self.before is None or (self.now is not None and self.now.P >= self.before.P):
             return self.now
         return self.before
+
+
+def shares_of_limit(summary: Summary, carried: float) -> Shares:
+    """Return forces, and the torque over the radius, as parts of what friction carries (N), which is above 0."""
+    arm = summary.contact_radius / TORQUE_ARM
+    return summary.Qx / carried, summary.Qy / carried, summary.Mz / arm / carried if arm else 0.0
+
+
+def share_of_limit(summary: Summary, carried: float) -> float:
+    """Return how far a shear is from 0, over what friction carries (N); 0 where it carries nothing."""
+    return math.hypot(*shares_of_limit(summary, carried)) if carried > 0.0 else 0.0
 
 
 def _part_of_energy(slipping: float, at_once: float) -> float:

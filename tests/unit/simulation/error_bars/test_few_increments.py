@@ -16,6 +16,10 @@ from fretsolve.result.state import ESTIMATED
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.few_increments import (
     EARLY_EDGE,
+    FALL,
+    FALL_ORDER,
+    FALL_SHEARED,
+    LEAST_SHEARED,
     PRESSED_ENERGY,
     PRESSED_FRICTION,
     PRESSED_RADIUS,
@@ -30,6 +34,7 @@ from fretsolve.simulation.error_bars.few_increments import (
     TURNED_MOMENT,
     add_turned,
     early_edge,
+    energy_of_fall,
     pressed_energy,
     pressed_radius,
 )
@@ -120,6 +125,24 @@ def test_where_all_sticks_all_that_pressing_dissipates_is_uncertain() -> None:
     assert pressed_energy(on_area(DISSIMILAR), summary) == ALL * 2e-3
     many = replace(summary, step=199)
     assert pressed_energy(on_area(DISSIMILAR), many) < 0.2 * 2e-3
+
+
+@pytest.mark.parametrize(
+    ("load", "share", "least"),
+    [
+        (200.0, 0.5, FALL * 0.5**-FALL_SHEARED),
+        (320.0, 1.0, FALL * 0.25**FALL_ORDER),
+        (320.0, 0.05, FALL * 0.25**FALL_ORDER * LEAST_SHEARED**-FALL_SHEARED),
+        (20.0, 0.5, ALL),
+        (200.0, 1e-6, 0.0),  # without shear
+        (0.0, 0.5, 0.0),
+        (500.0, 0.5, 0.0),
+    ],
+)
+def test_an_increment_whose_load_falls_under_shear_dissipates_too_much(load: float, share: float, least: float) -> None:
+    before, summary = replace(SHEARED, P=400.0), replace(SHEARED, P=load, work=2e-3)
+    assert energy_of_fall(before, summary, share) == pytest.approx(2e-3 * least, rel=1e-12)
+    assert energy_of_fall(None, summary, share) == 0.0
 
 
 def test_a_shear_that_turns_adds_a_part_of_the_largest_tangential_values() -> None:
