@@ -24,7 +24,13 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_counts import presses_unlike_bodies, sheared_stages
 from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.error_bars.few_increments import early_edge, energy_of_fall, pressed_energy, pressed_radius
+from fretsolve.simulation.error_bars.few_increments import (
+    early_edge,
+    energy_of_fall,
+    pressed_energy,
+    pressed_radius,
+    sheared_energy,
+)
 from fretsolve.simulation.error_bars.increment_factors import (
     CORRECTED_LINKED,
     SHIFTED,
@@ -209,6 +215,9 @@ class ErrorBars:
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         if summary.stage == 1:
             self._pressed_energy = pressed_energy(self._setup.model, summary)
+        if summary.stage == self._pressing_stages + 1:
+            sheared = sheared_energy(self._setup.model, summary, self._pressing_increments)
+            self._pressed_energy = max(self._pressed_energy, sheared)
         middle = self._least_errors.unseen_middle(summary)
         increments = pressed_up_to(self._summaries, float(self._largest[LOAD]))
         edge = max(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fake_states import fake_states
 from line_cases import line_case
-from solving import DISSIMILAR, SIMILAR, build
+from solving import DISSIMILAR, RIGID, SIMILAR, build
 
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED
@@ -27,6 +27,9 @@ from fretsolve.simulation.error_bars.few_increments import (
     PRESSED_STICKING,
     SHEARED_EDGE,
     SHEARED_EDGE_LINE,
+    SHEARED_ENERGY,
+    SHEARED_ENERGY_ORDER,
+    SHEARED_MISMATCH,
     TURNED,
     TURNED_AGAIN,
     TURNED_EDGE,
@@ -37,6 +40,7 @@ from fretsolve.simulation.error_bars.few_increments import (
     energy_of_fall,
     pressed_energy,
     pressed_radius,
+    sheared_energy,
 )
 from fretsolve.simulation.error_bars.quantity_estimates import (
     ALL,
@@ -125,6 +129,17 @@ def test_where_all_sticks_all_that_pressing_dissipates_is_uncertain() -> None:
     assert pressed_energy(on_area(DISSIMILAR), summary) == ALL * 2e-3
     many = replace(summary, step=199)
     assert pressed_energy(on_area(DISSIMILAR), many) < 0.2 * 2e-3
+
+
+def test_what_few_increments_have_pressed_is_uncertain_once_it_is_sheared() -> None:
+    summary, model = replace(SHEARED, work_total=2e-3), on_area(DISSIMILAR)
+    mismatch = abs(model.compliances.dundurs_constant)
+    assert mismatch < SHEARED_MISMATCH
+    for pressed in (1, 3, 8):
+        least = SHEARED_ENERGY * mismatch / SHEARED_MISMATCH / pressed**SHEARED_ENERGY_ORDER
+        assert sheared_energy(model, summary, pressed) == pytest.approx(2e-3 * least, rel=1e-12)
+    assert sheared_energy(on_area(SIMILAR), summary, 1) == sheared_energy(model, summary, 0) == 0.0
+    assert sheared_energy(on_area(RIGID), summary, 1) == pytest.approx(2e-3 * SHEARED_ENERGY, rel=1e-12)
 
 
 @pytest.mark.parametrize(
