@@ -328,7 +328,7 @@ def test_bars_hold_slip_of_unlike_bodies_beyond_a_rounding_that_no_cell_sees(
     """Against 4097 cells, ten in the rounding's contact: 33 and 65 see nothing of it, or some cells too many."""
     limit = 0.366 * 325.0
     case = line_case(
-        surface={"punch": {"radius": 0.61335, "edge_radius": 0.00368}},
+        surface={"punch": {"half_width": 0.61335, "edge_radius": 0.00368}},
         bodies=["rigid", {"young_modulus": 129e3, "poisson_ratio": 0.42}],
         friction=0.366,
         grid={"points": points, "size": 1.7},

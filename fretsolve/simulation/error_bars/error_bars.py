@@ -215,7 +215,7 @@ class ErrorBars:
             self._near_sliding = self._near_sliding.after(self._shear_path, summary)
         if summary.stage == 1:
             self._pressed_energy = pressed_energy(self._setup.model, summary)
-        if summary.stage == self._pressing_stages + 1:
+        if summary.stage == self._pressing_stages + 1 and self._shear_path.left > LEAST_LEFT:  # sliding is known
             sheared = sheared_energy(self._setup.model, summary, self._pressing_increments)
             self._pressed_energy = max(self._pressed_energy, sheared)
         middle = self._least_errors.unseen_middle(summary)

@@ -36,13 +36,13 @@ pressure pm: near its edge, a distance s from it, the pressure goes with pm (a/s
 (a s)^(1/2). It is 0.77, 0.82 and 0.89 at w/a = 0.16, 0.06 and 0.016
 (`python benchmarks/flat_punch.py`)."""
 
-SLIP_BEYOND, WORK_BEYOND = 3.0, 2.5
-"""Width w of the slip of unlike bodies beyond a rounding that is in contact over less, over the distance from the edge
-at which the shear traction would reach the friction limit without slip: it grows with the logarithm of the distance.
-And the energy of a shear, and of each reversal, over mu beta w K^2/E* and the length of the edge, with the pressure
-K/s^(1/2). A punch in plane strain on a rounding of 4e-3 of its width, sheared to 0.15 and 0.25 of the friction limit,
-has 3.1 and 3.0, and 1.4 and 1.7. FLAT_WORK is 8/2 pi = 1.3 of that. Around a round contact the shear acts along the
-edge, too, and the mean of exp(x (cos t - 1)) over its angles t is left."""
+BEYOND_DEPTH, SLIP_BEYOND, WORK_BEYOND = 1.5, 3.0, 2.5
+"""Slip goes beyond a rounding if the shear traction would reach the friction limit BEYOND_DEPTH times as far from the
+edge as the rounding is in contact. Width w of the slip, over that distance. And the energy of a shear, and of each
+reversal, over mu beta w K^2/E* and the length of the edge, with the pressure K/s^(1/2). A punch in plane strain on a
+rounding of 4e-3 of its width, sheared to 0.15 and 0.25 of the friction limit, has 3.1 and 3.0, and 1.4 and 1.7.
+FLAT_WORK is 8/2 pi = 1.3 of that. Around a round contact the shear acts along the edge, too, and the mean of
+exp(x (cos t - 1)) over its angles t is left."""
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,13 @@ class UnseenSlip:
             return np.zeros_like(ways)
         # by so much the share grows with the logarithm of the distance from the edge
         slope = mismatch / (math.pi * friction)
-        width = SLIP_BEYOND * math.exp((shares[1] - 1.0) / slope) * self.side
+        limited = math.exp((shares[1] - 1.0) / slope) * self.side  # up to there from the edge, without slip
+        width = SLIP_BEYOND * limited
         if not 0.0 < width < ANNULUS_CELLS * self.side:
             return np.zeros_like(ways)
         modulus = self.model.compliances.contact_modulus
         roundings = (edge.hidden_singularity(state.fields.pressure, self.side, modulus) for edge in self.edges)
-        squares = sum(square for square, depth in roundings if depth < width)
+        squares = sum(square for square, depth in roundings if BEYOND_DEPTH * depth < limited)
         around = 1.0 if self.model.line else _mean_around(sheared / slope)
         missed = min((SHEARED_CELLS * self.side / width) ** SHEARED_ORDER, 1.0)
         energy = missed * around * WORK_BEYOND * friction * mismatch * width * squares / modulus
