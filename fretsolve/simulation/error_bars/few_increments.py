@@ -82,6 +82,9 @@ FALL_SHEARED. Cells that slip at its end under little pressure have stuck under 
 and unlike, whose load fell to 0.34 to 0.89 of it in one increment, errors were 0.5 to 1.0 times that, and less in 2, 4
 and 8. Coarse grids, whose few cells may slip all at once, need not show it."""
 
+MOST_FALL = 1e9
+"""Largest P before over P after that counts there: far beyond ALL, and its power is a number."""
+
 
 def early_edge(model: Model, summary: Summary, pressed: int) -> float:
     """Return the least error (mm) of the stick radius of unlike bodies by few increments that press, 0 of others.
@@ -142,7 +145,7 @@ def energy_of_fall(before: Summary | None, summary: Summary, share: float) -> fl
     """
     if before is None or not 0.0 < summary.P < before.P or share < UNSHEARED:
         return 0.0
-    fall, sheared = before.P / summary.P - 1.0, max(share, LEAST_SHEARED)
+    fall, sheared = min(before.P / summary.P, MOST_FALL) - 1.0, max(share, LEAST_SHEARED)
     return min(FALL * math.pow(fall, FALL_ORDER) / math.pow(sheared, FALL_SHEARED), ALL) * summary.work
 
 

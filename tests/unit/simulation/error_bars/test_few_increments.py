@@ -149,6 +149,7 @@ def test_what_few_increments_have_pressed_is_uncertain_once_it_is_sheared(poisso
         (320.0, 1.0, FALL * 0.25**FALL_ORDER),
         (320.0, 0.05, FALL * 0.25**FALL_ORDER * LEAST_SHEARED**-FALL_SHEARED),
         (20.0, 0.5, ALL),
+        (1e-300, 0.5, ALL),
         (200.0, 1e-6, 0.0),  # without shear
         (0.0, 0.5, 0.0),
         (500.0, 0.5, 0.0),
