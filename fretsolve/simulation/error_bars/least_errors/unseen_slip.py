@@ -92,7 +92,7 @@ class UnseenSlip:
         roundings = (edge.hidden_singularity(state.fields.pressure, self.side, modulus) for edge in self.edges)
         squares = sum(square for square, depth in roundings if BEYOND_DEPTH * depth < limited)
         around = 1.0 if self.model.line else _mean_around(sheared / slope)
-        missed = min((SHEARED_CELLS * self.side / width) ** SHEARED_ORDER, 1.0)
+        missed = math.pow(min(SHEARED_CELLS * self.side / width, 1.0), SHEARED_ORDER)
         energy = missed * around * WORK_BEYOND * friction * mismatch * width * squares / modulus
         last, whole = ways / sheared
         return np.array([energy * last, energy * max(whole, 1.0)])

@@ -13,12 +13,13 @@ import solving
 from line_cases import FRICTION as LINE_FRICTION
 from line_cases import HERTZ, line_case
 from line_cases import LOAD as LINE_LOAD
-from solving import DISSIMILAR, build
+from solving import DISSIMILAR, RIGID, build
 
 from fretsolve import run
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 
 MODEL = set_up(build(bodies=DISSIMILAR, friction=0.3, grid={"points": 16})).model
@@ -153,3 +154,23 @@ def test_shear_slips_at_the_edges_of_a_line_contact(share: float) -> None:
     assert slip.sheared_annulus(pressed, share) == pytest.approx(a - c)
     (first,) = slip.energies_of_shear(pressed, share, np.array([share]))
     assert first == pytest.approx(exact, rel=0.05)
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.4, False), (0.8, True), (1.0, False)])
+@pytest.mark.parametrize("friction", [0.3, 30.0])
+def test_slip_of_unlike_bodies_goes_beyond_a_rounding_where_cells_do_not_see_it(
+    share: float, found: bool, friction: float
+) -> None:
+    """A little shear does not reach beyond the rounding, and full shear beyond the cell. Much friction lets nothing slip."""
+    case = build(
+        bodies=RIGID,
+        surface={"punch": {"radius": 0.5, "edge_radius": 1e-4}},
+        friction=friction,
+        grid={"points": 24, "size": 1.4},
+    )
+    *_, last = run(case)
+    setup = set_up(case)
+    unseen = LeastErrors.of(setup)._unseen_slip
+    last_one, whole = unseen.beyond_roundings(last, (0.1, share), np.array([0.1, share]))
+    assert (whole > 0.0) == (found and friction < 1.0)
+    assert last_one == pytest.approx(whole * 0.1 / (share - 0.1) / max(share / (share - 0.1), 1.0), rel=1e-12)
