@@ -156,12 +156,12 @@ def test_shear_slips_at_the_edges_of_a_line_contact(share: float) -> None:
     assert first == pytest.approx(exact, rel=0.05)
 
 
-@pytest.mark.parametrize(("share", "found"), [(0.4, False), (0.8, True), (1.0, False)])
-@pytest.mark.parametrize("friction", [0.3, 30.0])
+@pytest.mark.parametrize(("share", "found"), [(0.4, True), (0.8, True), (1.0, False)])
+@pytest.mark.parametrize("friction", [0.6, 30.0])
 def test_slip_of_unlike_bodies_goes_beyond_a_rounding_where_cells_do_not_see_it(
     share: float, found: bool, friction: float
 ) -> None:
-    """A little shear does not reach beyond the rounding, and full shear beyond the cell. Much friction lets nothing slip."""
+    """Gross slip goes beyond the cell. Under much friction slip stays within the rounding."""
     case = build(
         bodies=RIGID,
         surface={"punch": {"radius": 0.5, "edge_radius": 1e-4}},
