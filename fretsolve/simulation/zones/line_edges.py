@@ -68,4 +68,8 @@ def _intervals(zone: BoolArray, grid: LineGrid, share_of: Callable[[CellPart, Li
     beyond = share_of(part, links)(lever) - inset_by(lever)
     beyond[np.isnan(beyond)] = 0.5  # where no smooth front fits: at the grid's end, at a sharp edge, in few cells
     edges = part.corner[0] + grid.dx * (inner + (outer - inner) * beyond)
-    return tuple((left, right) for left, right in edges.reshape(-1, 2).tolist())
+    # both laws may see an edge past the middle of a cell that is alone: then nothing is left of it
+    found = edges.reshape(-1, 2)
+    crossed = found[:, 0] > found[:, 1]
+    found[crossed] = found[crossed].mean(axis=1, keepdims=True)
+    return tuple((left, right) for left, right in found.tolist())
