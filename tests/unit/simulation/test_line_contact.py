@@ -224,6 +224,21 @@ class TestEdges:
         assert self.zones([1] * 9, [Zone.STICK] * 9).contact == ((-4.5, 4.5),)
 
 
+def test_a_stick_zone_of_one_strip_has_no_negative_width() -> None:
+    """The laws of its two edges see them on either side of its middle."""
+    case = line_case(
+        surface={"cylinder": {"radius": 1.811}},
+        bodies=["rigid", {"young_modulus": 7500.0, "poisson_ratio": 0.15}],
+        friction=0.103,
+        grid={"points": 24, "size": 0.04729},
+        load_path=[{"P": 0.2316, "increments": 2}],
+    )
+    *_, last = run(case)
+    assert last.summary.stick_cells == 1
+    assert last.summary.stick_radius == last.summary.stick_half_width_x == 0.0
+    assert abs(last.summary.stick_center_x) < last.summary.contact_radius
+
+
 LIFTED = [
     {"P": LOAD},
     {"Qx": 20.0, "increments": 4},
