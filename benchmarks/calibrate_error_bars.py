@@ -172,7 +172,7 @@ def main() -> None:
     parser = parser_of(__doc__)
     parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
     parser.add_argument("--processes", type=int, default=1, help="number of cases that run at a time")
-    parser.add_argument("--seed", type=int, nargs="+", default=[78, 79, 80], help="seeds of the unseen cases")
+    parser.add_argument("--seed", type=int, nargs="+", default=[81, 82, 83], help="seeds of the unseen cases")
     parser.add_argument("--count", type=int, default=70, help="number of the cases of a seed")
     parser.add_argument("--truths", type=Path, metavar="FOLDER", help="keeps true values, to go on after a stop")
     asked = parser.parse_args()
