@@ -11,6 +11,7 @@ docs/error_bars.md the outcome.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
@@ -48,6 +49,7 @@ from fretsolve.simulation.error_bars.missed_motion import (
 )
 from fretsolve.simulation.error_bars.path_points import at_point
 from fretsolve.simulation.error_bars.quantity_estimates import (
+    ALL,
     CONTACT,
     LINKED,
     LOAD,
@@ -166,7 +168,7 @@ class ErrorBars:
         safety, corrected_safety = self._steps(summary.step).factors()
         largest_change = self._largest_change(most)
         held = np.where(imposed, most, largest_change)
-        if not summary.P:  # nothing is left of the moments
+        if not summary.P:  # without a load there are no moments
             held[[MX, MY]] = most[[MX, MY]]
         linked = np.where(imposed, 0.0, self._linked(most))
         hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
@@ -203,8 +205,11 @@ class ErrorBars:
         pressed = self._least_errors.sheared_by_pressing(summary)
         count = self._setup.load_path.counts[summary.stage - 1]
         before, carried = self._summaries[-2] if len(self._summaries) > 1 else None, self._carried(summary)
-        at_edge = self._least_errors.energy_at_edge(summary, count)
-        at_edge += energy_of_fall(before, summary, share_of_limit(summary, carried))
+        at_edge = math.hypot(
+            self._least_errors.energy_at_edge(summary, count),
+            energy_of_fall(before, summary, share_of_limit(summary, carried)),
+        )
+        at_edge = min(at_edge, ALL * summary.work)
         self._shear_path = self._shear_path.after(
             summary, carried, pressed, at_edge, count, known=room(self._setup.model)
         )

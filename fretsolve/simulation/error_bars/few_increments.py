@@ -57,7 +57,7 @@ SHEARED_ENERGY, SHEARED_ENERGY_ORDER, SHEARED_MISMATCH = 0.5, 1.2, 0.15
 k^SHEARED_ENERGY_ORDER with the number k of increments that have pressed them, from Dundurs' beta of SHEARED_MISMATCH
 on; below it goes with beta. Errors of 12 random contacts with beta of 0.15 to 0.38 were 0.2 to 2.9 after one increment,
 0.13 to 0.43 after three, 0.03 to 0.18 after eight. Coarse runs show them, but on their few cells not always: the least
-error is about half of the larger ones."""
+error, a sixth to a third of the largest ones, is for these."""
 
 MOST_STICKS = 0.99
 """Largest c/a that counts there: that of contacts all of whose cells stick."""
@@ -130,7 +130,7 @@ def pressed_energy(model: Model, summary: Summary) -> float:
 def sheared_energy(model: Model, summary: Summary, pressed: int) -> float:
     """Return the least error (mJ) of what unlike bodies have dissipated that few increments pressed before shear.
 
-    pressed: as of `early_edge`. 0 of others.
+    pressed: as of `early_edge`. 0 of others. Bodies that slide dissipate what is known.
     """
     if not (model.coupled and pressed):
         return 0.0

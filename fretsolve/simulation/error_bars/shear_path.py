@@ -51,10 +51,10 @@ class StickEdges:
 class ShearPath:
     """The path of the shear so far, as a part of what friction carries: forces, torque over the radius.
 
-    at: where it is, (3,); largest: how far from 0 it has been, with what pressing adds, at most 1; way: in the last
-    increment, (3,); length: of all ways; coarsest: the longest way of an increment over what is left of the
-    friction limit at its end; last_at_edge, at_edge: least error (mJ) of what the last increment and all dissipated,
-    by the width of their slip annuli in cells, and as they shear at once what they press.
+    at: where it is, (3,); farthest: how far from 0 it has been; largest: the same with what pressing adds, at most 1;
+    way: in the last increment, (3,); length: of all ways; coarsest: the longest way of an increment over what is left
+    of the friction limit at its end; last_at_edge, at_edge: least error (mJ) of what the last increment and all
+    dissipated, by the width of their slip annuli in cells, and as they shear at once what they press.
     A shear that slips within a rounding dissipates what it does up to gross slip times `largest` squared times
     `length`: it goes with the third power of the way from a reversal, halved. last_pressed, pressed: ways of the last
     increment and of all, each times P^(8/3), the larger one of its ends: what such slip dissipates goes with that of P.
@@ -66,6 +66,7 @@ class ShearPath:
     """
 
     at: Shares = (0.0, 0.0, 0.0)
+    farthest: float = 0.0
     largest: float = 0.0
     way: Shares = (0.0, 0.0, 0.0)
     length: float = 0.0
@@ -153,6 +154,7 @@ class ShearPath:
         at_edge += known * _part_of_energy(memory.slipping, at_once.slipping) * summary.work
         return ShearPath(
             at=at,
+            farthest=max(self.farthest, math.hypot(*at)),
             largest=max(self.largest, min(math.hypot(*at) + pressed, 1.0)),
             way=way,
             length=self.length + last,

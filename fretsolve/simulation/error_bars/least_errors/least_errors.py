@@ -257,7 +257,7 @@ class LeastErrors:
                 room(self.model) * unseen.energies_of_shear(summary, shear_path.largest, walked),
                 unseen.at_roundings(state, shear_path.largest) * np.array(shear_path.ways_under_load),
                 unseen.at_sharp_edges(state, shear_path.largest) * ways * np.array([part, 1.0]),
-                unseen.beyond_roundings(state, (self.sheared_by_pressing(summary), shear_path.largest), walked),
+                unseen.beyond_roundings(state, self.sheared_by_pressing(summary), shear_path),
             ],
             axis=0,
         )

@@ -12,6 +12,7 @@ from fretsolve.model.edges import Edge
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
 from fretsolve.system.arrays import DoubleArray
 
 HIDDEN_SLIP = 0.56
@@ -36,13 +37,14 @@ pressure pm: near its edge, a distance s from it, the pressure goes with pm (a/s
 (a s)^(1/2). It is 0.77, 0.82 and 0.89 at w/a = 0.16, 0.06 and 0.016
 (`python benchmarks/flat_punch.py`)."""
 
-BEYOND_DEPTH, SLIP_BEYOND, WORK_BEYOND = 1.5, 3.0, 2.5
-"""Slip goes beyond a rounding if the shear traction would reach the friction limit BEYOND_DEPTH times as far from the
-edge as the rounding is in contact. Width w of the slip, over that distance. And the energy of a shear, and of each
-reversal, over mu beta w K^2/E* and the length of the edge, with the pressure K/s^(1/2). A punch in plane strain on a
-rounding of 4e-3 of its width, sheared to 0.15 and 0.25 of the friction limit, has 3.1 and 3.0, and 1.4 and 1.7.
-FLAT_WORK is 8/2 pi = 1.3 of that. Around a round contact the shear acts along the edge, too, and the mean of
-exp(x (cos t - 1)) over its angles t is left."""
+BEYOND_DEPTH, SLIP_BEYOND, WORK_BEYOND = 1.5, 3.0, 3.0
+"""Slip of unlike bodies goes beyond a rounding if without slip the shear traction would reach the friction limit
+BEYOND_DEPTH times as far from the edge as the rounding is in contact. It has SLIP_BEYOND times that distance as its
+width w. A shear dissipates WORK_BEYOND mu beta w K^2/E* per length of the edge, less what pressing has dissipated, and
+at most twice that in a reversal, with the pressure K/s^(1/2). A punch in plane strain on a rounding of 4e-3 of its
+width, sheared to 0.15 and 0.25 of the friction limit, has 3.1 and 3.0 for the width, 1.9 and 2.0 for the energy, and
+once that in a reversal. Coarse cells show less of the pressure that K follows from. Around a round contact the shear
+acts along the edge, too: the mean of exp(x (cos t - 1)) over its angles t counts."""
 
 
 @dataclass(frozen=True)
@@ -72,30 +74,31 @@ class UnseenSlip:
         total: float = share**2 * sum(energies)
         return total
 
-    def beyond_roundings(self, state: State, shares: tuple[float, float], ways: DoubleArray) -> DoubleArray:
-        """Return what slip of unlike bodies beyond such roundings dissipates (mJ), in the last increment and in all.
+    def beyond_roundings(self, state: State, pressed: float, path: ShearPath) -> DoubleArray:
+        """Return what slip of unlike bodies beyond unseen roundings dissipates (mJ), in the last increment and in all.
 
-        shares: parts of the friction limit to which pressing alone has sheared a cell from the edge, and the path at
-        most; ways: as of `energies_of_shear`.
+        pressed: part of the friction limit to which pressing alone shears a cell from the edge.
         """
         friction, mismatch = self.model.friction, abs(self.model.compliances.dundurs_constant)
-        sheared = shares[1] - shares[0]
-        if not (self.model.coupled and friction and sheared > 0.0):
-            return np.zeros_like(ways)
-        # by so much the share grows with the logarithm of the distance from the edge
+        nothing: DoubleArray = np.zeros(2)
+        if not (self.model.coupled and friction and path.farthest > UNSHEARED):
+            return nothing
+        # By so much the share of the limit grows with the logarithm of the distance from the edge.
         slope = mismatch / (math.pi * friction)
-        limited = math.exp((shares[1] - 1.0) / slope) * self.side  # up to there from the edge, without slip
+        limited = math.exp((min(pressed + path.farthest, 1.0) - 1.0) / slope) * self.side
         width = SLIP_BEYOND * limited
         if not 0.0 < width < ANNULUS_CELLS * self.side:
-            return np.zeros_like(ways)
+            return nothing
         modulus = self.model.compliances.contact_modulus
         roundings = (edge.hidden_singularity(state.fields.pressure, self.side, modulus) for edge in self.edges)
         squares = sum(square for square, depth in roundings if BEYOND_DEPTH * depth < limited)
-        around = 1.0 if self.model.line else _mean_around(sheared / slope)
+        rise = path.farthest / slope
+        around = 1.0 if self.model.line else _mean_around(rise)
         missed = math.pow(min(SHEARED_CELLS * self.side / width, 1.0), SHEARED_ORDER)
-        energy = missed * around * WORK_BEYOND * friction * mismatch * width * squares / modulus
-        last, whole = ways / sheared
-        return np.array([energy * last, energy * max(whole, 1.0)])
+        # Pressing alone has dissipated its part before.
+        once = -math.expm1(-rise) * missed * around * WORK_BEYOND * friction * mismatch * width * squares / modulus
+        last, whole = (way / path.farthest for way in path.ways_under_load)
+        return np.array([once * last, once * max(whole, 1.0) if whole else 0.0])
 
     def at_sharp_edges(self, state: State, share: float) -> float:
         """Return what slip within the cells at sharp edges dissipates (mJ), per length of the path; share: as above."""
@@ -188,6 +191,6 @@ class UnseenSlip:
 
 def _mean_around(rise: float) -> float:
     """Return the mean of exp(`rise` (cos t - 1)) over all angles t."""
-    from scipy.special import i0e  # where no edge is short, nothing needs it
+    from scipy.special import i0e  # slow to import, and few cases need it
 
     return float(i0e(rise))

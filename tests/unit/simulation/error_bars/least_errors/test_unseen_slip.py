@@ -21,6 +21,7 @@ from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
 from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
+from fretsolve.simulation.error_bars.shear_path import PRESSED_ORDER, ShearPath
 
 MODEL = set_up(build(bodies=DISSIMILAR, friction=0.3, grid={"points": 16})).model
 
@@ -156,21 +157,40 @@ def test_shear_slips_at_the_edges_of_a_line_contact(share: float) -> None:
     assert first == pytest.approx(exact, rel=0.05)
 
 
-@pytest.mark.parametrize(("share", "found"), [(0.4, True), (0.8, True), (1.0, False)])
-@pytest.mark.parametrize("friction", [0.6, 30.0])
-def test_slip_of_unlike_bodies_goes_beyond_a_rounding_where_cells_do_not_see_it(
-    share: float, found: bool, friction: float
-) -> None:
-    """Gross slip goes beyond the cell. Under much friction slip stays within the rounding."""
+def beyond(
+    share: float, friction: float = 0.6, shears: float = 1.0, loads: tuple[float, float] = (100.0, 100.0)
+) -> list[float]:
+    """Return what slip beyond a rounding dissipates that no cell sees, in the last of some shears and in all.
+
+    loads: while it is sheared, and now; pressing alone shears to 0.1 of the friction limit.
+    """
+    sheared, now = loads
     case = build(
         bodies=RIGID,
         surface={"punch": {"radius": 0.5, "edge_radius": 1e-4}},
         friction=friction,
         grid={"points": 24, "size": 1.4},
+        load_path=[{"P": now, "increments": 1}],
     )
     *_, last = run(case)
-    setup = set_up(case)
-    unseen = LeastErrors.of(setup)._unseen_slip
-    last_one, whole = unseen.beyond_roundings(last, (0.1, share), np.array([0.1, share]))
-    assert (whole > 0.0) == (found and friction < 1.0)
-    assert last_one == pytest.approx(whole * 0.1 / (share - 0.1) / max(share / (share - 0.1), 1.0), rel=1e-12)
+    way = share * sheared**PRESSED_ORDER
+    path = ShearPath(farthest=share, last_pressed=way, pressed=shears * way, now=last.summary)
+    found: list[float] = LeastErrors.of(set_up(case))._unseen_slip.beyond_roundings(last, 0.1, path).tolist()
+    return found
+
+
+@pytest.mark.parametrize(("share", "friction", "found"), [(0.3, 0.6, True), (0.9, 0.6, False), (0.3, 30.0, False)])
+def test_slip_of_unlike_bodies_goes_beyond_a_rounding_where_cells_do_not_see_it(
+    share: float, friction: float, found: bool
+) -> None:
+    """Gross slip goes beyond the cell. Under much friction slip stays within the rounding."""
+    assert all(energy > 0.0 for energy in beyond(share, friction)) is found
+
+
+def test_each_shear_dissipates_as_much_beyond_a_rounding() -> None:
+    last, whole = beyond(0.3)
+    assert last == pytest.approx(whole)
+    assert beyond(0.3, shears=3.0) == pytest.approx([last, 3.0 * whole])
+    assert beyond(1e-12) == [0.0, 0.0]  # by a rounding of the loads
+    assert beyond(2e-3)[1] < 0.01 * whole
+    assert beyond(0.3, loads=(100.0, 10.0))[1] > 0.9 * whole  # a load that falls undoes no energy
