@@ -523,3 +523,14 @@ def test_bars_keep_the_largest_change_by_increments() -> None:
 def test_too_few_points_for_coarse_runs_are_refused(parts: dict[str, Any], few: str) -> None:
     with pytest.raises(CaseError, match=f"^grid.points: {few} are too few for error bars; 16 or more per side are"):
         next(run_with_error_bars(build(**parts)))
+
+
+def test_moments_keep_the_largest_correction_as_the_shear_goes_back_and_have_none_without_a_load() -> None:
+    """Unlike bodies get a moment by shear, whose correction may be 0 by chance after a reversal."""
+    loads = [{"Qx": 60.0}, {"Qx": -60.0}, {"P": 0.0, "Qx": 0.0}]
+    path = [{"P": 400.0, "increments": 4}, *({**load, "increments": 2} for load in loads)]
+    rows = with_bars(setup_of(24, bodies=DISSIMILAR, friction=0.3, load_path=path))
+    bars = {state.summary.stage: errors.My_error for state, errors in rows}
+    assert bars[3] > 0.9 * bars[2]
+    assert rows[-1][0].summary.My == 0.0
+    assert bars[4] < 0.2 * bars[3]
