@@ -59,8 +59,10 @@ class GridSpec(CaseModel):
     center: Position = Field(default=(0.0, 0.0), description="[x, y] of its centre", examples=[["0.1 mm", 0]])
 
 
-def too_few_points(sides: Sequence[int], what: str = "error bars") -> str:
-    """Return the message that grids of so few points per side have no error bars."""
+def too_few_points(sides: Sequence[int], what: str = "error bars") -> str | None:
+    """Return the message that so few points per side have no error bars, None if they have."""
+    if min(sides) >= FEWEST_ERROR_BAR_POINTS:
+        return None
     few = " x ".join(map(str, sides))
     return f"{few} are too few for {what}; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
 
@@ -251,10 +253,9 @@ class Case(CaseModel):
                 raise ValidationError.from_exception_data("case", [{"type": "missing", "loc": lacking, "input": None}])
             return self
         implied = self.solver.accuracy is not None and "error_bars" not in self.solver.model_fields_set
-        sides = self.grid.points[: 1 if self.plane else 2]
-        if (self.solver.error_bars or implied) and min(sides) < FEWEST_ERROR_BAR_POINTS:
-            what = "the error bars that solver.accuracy takes" if implied else "error bars"
-            message = too_few_points(sides, what)
+        what = "the error bars that solver.accuracy takes" if implied else "error bars"
+        message = too_few_points(self.grid.points[: 1 if self.plane else 2], what)
+        if message is not None and (self.solver.error_bars or implied):
             refused_at([(("grid", "points"), message)])
         return self
 

@@ -204,7 +204,7 @@ class CoarseRuns:
         return abs(self._part(self._path, self.point(step).stage)) if self.other_increments is not None else 0.0
 
     def half_less_third(self, point: PathPoint) -> DoubleArray:
-        """Return the values at a point on half of the points less those on a third, with the increments of the run.
+        """Return the values at a point on half of the points less those on a third, with as many increments.
 
         Before the first increment that both have, the difference is the one there: radii differ under the least load.
         """

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from fretsolve.case.history import BULK, EXTENTS, PAIRS
-from fretsolve.case.models import FEWEST_ERROR_BAR_POINTS, Case, too_few_points
+from fretsolve.case.models import Case, too_few_points
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
@@ -106,9 +106,9 @@ def run_with_error_bars(
     Raises NoSolutionError if the run itself has none, and CaseError on too few points for coarse runs.
     """
     setup = case if isinstance(case, ProblemSetup) else set_up(_with_room(case))
-    sides = setup.grid.shape[: len(setup.grid.axes)]
-    if min(sides) < FEWEST_ERROR_BAR_POINTS:
-        raise CaseError(too_few_points(sides), ("grid", "points"))
+    few = too_few_points(setup.grid.shape[: len(setup.grid.axes)])
+    if few is not None:
+        raise CaseError(few, ("grid", "points"))
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
         errors = bars.of(state)
@@ -199,15 +199,20 @@ class ErrorBars:
             *(self._runs.cost() - cost_before).tolist(),
         )
 
+    @property
+    def _before(self) -> Summary | None:
+        """The summary of the increment before the last one."""
+        return self._summaries[-2] if len(self._summaries) > 1 else None
+
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         pressed = self._least_errors.sheared_by_pressing(summary)
         count = self._setup.load_path.counts[summary.stage - 1]
-        before, carried = self._summaries[-2] if len(self._summaries) > 1 else None, self._carried(summary)
+        carried = self._carried(summary)
         at_edge = math.hypot(
             self._least_errors.energy_at_edge(summary, count),
-            energy_of_fall(before, summary, share_of_limit(summary, carried)),
+            energy_of_fall(self._before, summary, share_of_limit(summary, carried)),
         )
         at_edge = min(at_edge, ALL * summary.work)
         self._shear_path = self._shear_path.after(
@@ -241,7 +246,7 @@ class ErrorBars:
 
         `ShearPath` follows loads in all of them, but not bulk stress; of a single one the coarse runs show no order.
         """
-        before = self._summaries[-2] if len(self._summaries) > 1 else None
+        before = self._before
         modulus = self._setup.model.compliances.contact_modulus
         pulled = self._mismatch(summary, before) * modulus * summary.contact_radius
         if not summary.contact_radius or (count > 1 and not pulled):

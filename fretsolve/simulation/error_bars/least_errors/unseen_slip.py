@@ -81,7 +81,7 @@ class UnseenSlip:
         """
         friction, mismatch = self.model.friction, abs(self.model.compliances.dundurs_constant)
         nothing: DoubleArray = np.zeros(2)
-        if not (self.model.coupled and friction and path.farthest > UNSHEARED):
+        if not (self.edges and self.model.coupled and friction and path.farthest > UNSHEARED):
             return nothing
         # By so much the share of the limit grows with the logarithm of the distance from the edge.
         slope = mismatch / (math.pi * friction)
@@ -92,6 +92,8 @@ class UnseenSlip:
         modulus = self.model.compliances.contact_modulus
         roundings = (edge.hidden_singularity(state.fields.pressure, self.side, modulus) for edge in self.edges)
         squares = sum(square for square, depth in roundings if BEYOND_DEPTH * depth < limited)
+        if not squares:
+            return nothing
         rise = path.farthest / slope
         around = 1.0 if self.model.line else _mean_around(rise)
         missed = math.pow(min(SHEARED_CELLS * self.side / width, 1.0), SHEARED_ORDER)
