@@ -16,14 +16,17 @@ from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.wear.progress import SolvedCycle, Worn
 from fretsolve.wear.settling import LOOKS_AT_GIVEN, MOST_LOOKS, SHARE, excess_per_cycle, is_settled, last_jump
 
-FIRST_DEPTH, MOST_DEPTH = 0.005, 0.3
-"""Depth of the first jump, and the largest of any, over the largest elastic displacement. The first one shows by its
-error how long the next may be: half or twice its depth changes the increments of a run by less than a fifth. The
-largest one limits jumps of gross slip, whose error is small: without it they save a fifth and have twice the error."""
+FIRST_DEPTH = 0.005
+"""Depth of the first jump over the largest elastic displacement. The first jump shows by its error how long the next
+one may be: half or twice this depth changes the increments of a run by less than a fifth. A first jump of two cycles
+may be deeper, since a jump of one shows nothing and none would ever follow it."""
 
 USUAL_TOLERANCE = 0.01
 """Tolerance from which on down the first jump shrinks. Without it a tolerance of 1e-3 was not met in partial slip at
 T = 1 (`wear_error` 1.04e-3), nor any smaller one."""
+
+SHORTEST_JUMP = 2.0
+"""Cycles of the shortest jump."""
 
 FIRST_SHARE = 0.1
 """Part of all cycles that the first jump may have, so that its own error is small over the whole. Where the whole wear
@@ -54,8 +57,8 @@ jump to be possible at all; runs within their tolerance do not meet it."""
 class JumpLimits:
     """The limits of a jump besides its error.
 
-    depth: largest depth that the last cycle wears; scale: largest elastic displacement (mm); left: the cycles that are
-    left, without the last one; most: those over which friction stays nearly the same.
+    depth: largest depth that the last cycle wears (mm); scale: largest elastic displacement (mm); left: the cycles that
+    are left, without the last one; most: those over which friction stays nearly the same.
     """
 
     depth: float
@@ -89,13 +92,14 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimit
         return min(jumps.jump, left)
     if depth <= 0.0:
         return min(limits.most, left)
-    most = min(limits.most, (jumps.max_depth or MOST_DEPTH * limits.scale) / depth)
+    most = min(limits.most, math.inf if jumps.max_depth is None else jumps.max_depth / depth)
     last = last_jump(cycles)
     if last is None:
         # its error goes with its square, and no later jump can take back what wear_error counts of it
         part = min(1.0, math.sqrt(jumps.tolerance / USUAL_TOLERANCE))
-        steady = max(2.0, FIRST_SHARE * limits.most)
-        most = min(most, part * FIRST_DEPTH * limits.scale / depth, part * FIRST_SHARE * left, steady)
+        steady = max(SHORTEST_JUMP, FIRST_SHARE * limits.most)
+        shallow = max(SHORTEST_JUMP, part * FIRST_DEPTH * limits.scale / depth)
+        most = min(most, shallow, part * FIRST_SHARE * left, steady)
     else:
         before, error = cycles[last], cycles[last + 1].error
         growth = math.sqrt(SAFETY * allowed * before.jumped_volume / error) if error > 0.0 else MOST_GROWTH

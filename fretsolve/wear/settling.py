@@ -54,17 +54,39 @@ def excess(cycles: Sequence[SolvedCycle]) -> float | None:
         return TAIL * _change(cycles) if len(cycles) > 1 else None
     looks = len(cycles) - 1 - place
     if looks == 1:
-        per_cycle = excess_per_cycle(cycles)
-        return None if per_cycle is None else UNSEEN_TAIL / TAIL * per_cycle * cycles[place].jump
-    return TAIL * _fall(cycles, place) * DYING_OUT ** (looks - 2)
+        if (looked := _last_look(cycles)) is None:
+            return None
+        return UNSEEN_TAIL * _fall(cycles, looked) * cycles[place].jump / cycles[looked].jump
+    return _excess_after(cycles, place, looks)
 
 
 def excess_per_cycle(cycles: Sequence[SolvedCycle]) -> float | None:
     """Return the excess of the second cycle after a jump over the cycles of the jump, by the last look at one; None
     before the first look."""
+    looked = _last_look(cycles)
+    if looked is None:
+        return None
+    second = TAIL * _fall(cycles, looked)
+    if looked + 3 < len(cycles) and cycles[looked + 2].jump <= 1.0:
+        second = min(second, _excess_after(cycles, looked, 3) / DYING_OUT)
+    return second / cycles[looked].jump
+
+
+def _last_look(cycles: Sequence[SolvedCycle]) -> int | None:
+    """Return the place of the last jump after which a second cycle was solved; None before the first such jump."""
     jumps = [place for place, one in enumerate(cycles) if one.jump > 1.0]
-    looked = [place for place in jumps if place + 2 < len(cycles) and cycles[place + 1].jump <= 1.0]
-    return TAIL * _fall(cycles, looked[-1]) / cycles[looked[-1]].jump if looked else None
+    return next((place for place in reversed(jumps) if place + 2 < len(cycles) and cycles[place + 1].jump <= 1.0), None)
+
+
+def _excess_after(cycles: Sequence[SolvedCycle], place: int, looks: int) -> float:
+    """Return the excess of the cycle that is the number `looks` after a jump, at least 2.
+
+    From the third one on, the energies themselves show how much is left.
+    """
+    by_first = TAIL * _fall(cycles, place) * DYING_OUT ** (looks - 2)
+    if looks == 2:
+        return by_first
+    return min(by_first, _fall(cycles, place, looks) * DYING_OUT / (1.0 - DYING_OUT))
 
 
 def is_settled(cycles: Sequence[SolvedCycle], tolerance: float, allowed: float, most_looks: int = MOST_LOOKS) -> bool:
@@ -106,11 +128,11 @@ def _change(cycles: Sequence[SolvedCycle]) -> float:
     return abs(last - before) / max(before, last) if max(before, last) > 0.0 else 0.0
 
 
-def _fall(cycles: Sequence[SolvedCycle], place: int) -> float:
-    """Return by what the energy falls from the first to the second cycle after a jump, over the energy.
+def _fall(cycles: Sequence[SolvedCycle], place: int, look: int = 2) -> float:
+    """Return by what the energy falls to the cycle that is the number `look` after a jump, over the energy.
 
     place: of the cycle before the jump. What wear itself changes in a cycle is taken off, as the mean over the jump.
     """
-    before, first, second = (one.energy for one in cycles[place : place + 3])
-    by_wear = (second - before) / (cycles[place].jump + 1.0)
-    return abs(second - first - by_wear) / second if second > 0.0 else 0.0
+    before, last, now = (cycles[at].energy for at in (place, place + look - 1, place + look))
+    by_wear = (now - before) / (cycles[place].jump + look - 1.0)
+    return abs(now - last - by_wear) / now if now > 0.0 else 0.0

@@ -57,11 +57,11 @@ def _cycle_lines(cycle: WornCycle, cell: float) -> Iterator[str]:
 
 def _gross_slip_lines(cycle: WornCycle) -> Iterator[str]:
     distance, volume = in_small_unit(cycle.sliding_distance, 4), cycle.volume_at_first_rate
-    yield f"gross slip over {distance} in half a cycle; all cycles wear V = {volume:.4g} mm^3"
+    yield f"gross slip over {distance} in half a cycle at first; all cycles at that rate wear V = {volume:.4g} mm^3"
     if (scar := cycle.scar) is not None:
         depth, delta_z = in_small_unit(max(scar.center_depth, 0.0), 3), in_small_unit(scar.delta_z, 4)
         yield (
-            f"at their end (V/V0 = {cycle.time:.3g}) the scar has a = {scar.scar_radius:.4g} mm and is"
+            f"with that volume (V/V0 = {cycle.time:.3g}) the scar has a = {scar.scar_radius:.4g} mm and is"
             f" {depth} deep, delta_z = {delta_z}, mean pressure"
             f" {scar.mean_pressure:.4g} MPa (uniform pressure)"
         )

@@ -149,8 +149,8 @@ def test_lines_of_gross_slip():
     head, stands, _, gross, scar, *_ = wear_lines(worn("delta_x", 10e-3, 1e4, wear=wear))
     assert head.endswith("wear by pressure and slip (Archard): k = 1e-08 mm^3/(N mm), 20 % in body 1, 80 % in body 2")
     assert stands == "stages 3 to 4 stand for 10000 cycles, in jumps by a tolerance of 1 %"
-    assert gross.startswith("gross slip over 17.8 um in half a cycle; all cycles wear V = 0.001459 mm^3")
-    assert scar.startswith("at their end (V/V0 = 2.26) the scar has a = 0.4035 mm")
+    assert gross.startswith("gross slip over 17.8 um in half a cycle at first; all cycles at that rate wear V = 0.0014")
+    assert scar.startswith("with that volume (V/V0 = 2.26) the scar has a = 0.4035 mm")
 
 
 def test_warnings():
