@@ -85,6 +85,7 @@ def as_object(result: Result, names: list[str], *, every_increment: bool) -> dic
     if (cycles := result.cycles) is not None:
         found["cycle_units"] = dict(cycles.units)
         found["cycles"] = {name: _finite(values.tolist()) for name, values in cycles.columns.items()}
+        found["cycle_notes"] = list(cycles.notes)
         found["periodic"] = [periodic for _, periodic in cycles.outcomes]
     return found
 

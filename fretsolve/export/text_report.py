@@ -243,7 +243,8 @@ def _totals(result: Result) -> list[str]:
     lines += [] if reached is None else [str(reached)]
     lines += _point_of_load(result)
     lines += wear_totals(result)
-    lines += [] if result.cycles is None else [outcome for outcome, _ in result.cycles.outcomes]
+    if (cycles := result.cycles) is not None:
+        lines += [*cycles.notes, *(outcome for outcome, _ in cycles.outcomes)]
     ends = stage_ends(history["stage"])
     many = len(rows_of_wear(result, ends) if has_wear(result) else ends) > MOST_STAGES
     left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []

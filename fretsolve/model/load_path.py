@@ -276,13 +276,12 @@ def _changes(wears: CyclePass | None, after: CyclePass) -> bool:
 
 
 def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
-    """Return whether `cycle`, with which the history ends, changes nothing any more."""
-    from fretsolve.result.cycles.steps import CHANGE_COLUMNS, change_over_cycle, cycles_in  # few paths need them
+    """Return whether `cycle`, with which the history ends, is within its tolerance of the limit of its repetitions."""
+    from fretsolve.result.cycles.steps import CHANGE_COLUMNS, cycles_in, distance_to_limit  # few paths need them
 
     columns = {name: np.array([getattr(one, name) for one in history]) for name in CHANGE_COLUMNS}
-    found = cycles_in(stages, columns["stage"])
-    change = change_over_cycle(columns, found[-2], found[-1])
-    return cycle.until is not None and change.largest <= cycle.until
+    found = [one for one in cycles_in(stages, columns["stage"]) if one.run == cycle.cycle]
+    return cycle.until is not None and distance_to_limit(columns, found[-3:]).largest <= cycle.until
 
 
 def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:

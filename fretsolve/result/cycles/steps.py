@@ -1,4 +1,4 @@
-"""Find the cycles of a load path in a history, and compute the change from one to the next.
+"""Find the cycles of a load path in a history, and estimate how far the last one is from the limit of all.
 
 A cycle is one repetition of an innermost `cycle` of the load path.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +23,14 @@ if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
 History = Mapping[str, NDArray[Any]]
 
 CHANGE_COLUMNS = ("stage", "contact_radius", "work_total", *(name for pair in PAIRS for name in pair))
-"""Columns that `change_over_cycle` needs."""
+"""Columns that `distance_to_limit` needs."""
+
+ENERGY = "dissipated energy"
+"""The name of the energy among the changes."""
+
+MOST_CHANGES = 100.0
+"""Largest distance to the limit over the last change. It holds where one change alone is known, and where two are the
+noise of the solver, whose ratio says nothing."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +54,10 @@ class CycleSteps:
 
 
 @dataclass(frozen=True)
-class CycleChange:
-    """The change from one cycle to the next.
+class LimitDistance:
+    """How far a cycle is from the limit of its repetitions, as an estimate.
 
-    energy: of the dissipated energy, over itself; value: of the value at the end that changes most, `name`, over the
+    energy: of the dissipated energy, over itself; value: of the value at the end that is farthest, `name`, over the
     range of its kind in the cycle.
     """
 
@@ -96,11 +104,45 @@ def cycles_in(stages: Sequence[Stage], stage_column: NDArray[Any], *, ended: boo
     return found
 
 
-def change_over_cycle(history: History, before: CycleSteps, now: CycleSteps) -> CycleChange:
-    """Return the change from a cycle to the next one; history: has `CHANGE_COLUMNS`."""
+def distance_to_limit(history: History, cycles: Sequence[CycleSteps]) -> LimitDistance:
+    """Return how far the last of `cycles`, two or three in a row, is from the limit of all repetitions.
+
+    The changes d from cycle to cycle are taken to die out as a power of the number k of cycles, or faster. With the
+    ratio r of the last two, what all later cycles change is then at most d/(1 - r - 1/k) (Raabe's test of a series).
+    history: has `CHANGE_COLUMNS`.
+    """
+    scales = _scales(history, cycles[-1])
+    changes = [_changes(history, before, now, scales) for before, now in pairwise(cycles)]
+    left = {name: _left([one[name] for one in changes], cycles[-1].turn) for name in changes[-1]}
+    energy = left.pop(ENERGY)
+    worst = max(left, key=left.__getitem__, default="P")
+    return LimitDistance(energy, left.get(worst, 0.0), worst)
+
+
+def _left(changes: Sequence[float], turn: int) -> float:
+    """Return what is left to the limit after the last of one or two changes, that to the repetition `turn`.
+
+    The larger change counts: the last one may be small because a value turns there.
+    """
+    if len(changes) < 2 or changes[0] == 0.0:
+        return MOST_CHANGES * changes[-1]
+    falling = 1.0 - changes[1] / changes[0] - 1.0 / turn
+    return max(changes) * (min(MOST_CHANGES, 1.0 / falling) if falling > 0.0 else MOST_CHANGES)
+
+
+def _changes(history: History, before: CycleSteps, now: CycleSteps, scales: Mapping[str, float]) -> dict[str, float]:
+    """Return the changes from one cycle to the next: of the energy over itself, of values at the end over `scales`."""
     energies = [change_within(history["work_total"], one) for one in (before, now)]
     largest = max(map(abs, energies))
-    rows = slice(max(now.first, 0), now.last + 1)
+    found = {ENERGY: abs(energies[1] - energies[0]) / largest if largest else 0.0}
+    for name, scale in scales.items():
+        found[name] = float(np.nan_to_num(abs(history[name][now.last] - history[name][before.last]))) / scale
+    return found
+
+
+def _scales(history: History, cycle: CycleSteps) -> dict[str, float]:
+    """Return the ranges in a cycle over which loads and displacements at its end are measured, those above 0."""
+    rows = slice(max(cycle.first, 0), cycle.last + 1)
 
     def span(*names: str) -> float:
         return max(float(np.nan_to_num(np.ptp(history[name][rows]))) for name in names)
@@ -113,14 +155,7 @@ def change_over_cycle(history: History, before: CycleSteps, now: CycleSteps) -> 
     scales = {"P": force, "Mx": force * radius, "My": force * radius, "Qx": shear, "Qy": shear, "Mz": shear * radius}
     scales |= dict.fromkeys(("delta_z", "delta_x", "delta_y"), motion)
     scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), motion / radius if radius else 0.0)
-    changes = {
-        name: float(np.nan_to_num(abs(history[name][now.last] - history[name][before.last]))) / scale
-        for name, scale in scales.items()
-        if scale > 0.0
-    }
-    worst = max(changes, key=changes.__getitem__, default="P")
-    energy = abs(energies[1] - energies[0]) / largest if largest else 0.0
-    return CycleChange(energy, changes.get(worst, 0.0), worst)
+    return {name: scale for name, scale in scales.items() if scale > 0.0}
 
 
 def change_within(column: NDArray[Any], cycle: CycleSteps) -> float:

@@ -8,7 +8,7 @@ which moves.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, PAIRS
-from fretsolve.result.cycles.loop import ends_of_loop, half_width, reversal_stiffness
-from fretsolve.result.cycles.steps import CycleSteps, History, change_over_cycle, change_within, cycles_in
+from fretsolve.result.cycles.loop import Measure, area, ends_of_loop, half_width, range_error, reversal_stiffness
+from fretsolve.result.cycles.steps import CycleSteps, History, change_within, cycles_in, distance_to_limit
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray
@@ -76,13 +76,15 @@ class CycleTable:
     """The cycles of a result.
 
     columns: by the names of `CYCLES`, and of error bars, each ``(cycles,)``, NaN where a value does not exist; units,
-    meanings: of each; outcomes: a sentence on each cycle that was to run until it is periodic, and whether it is.
+    meanings: of each; outcomes: a sentence on each cycle that was to run until it is periodic, and whether it is;
+    notes: why values do not exist.
     """
 
     columns: Mapping[str, NDArray[Any]]
     units: Mapping[str, str]
     meanings: Mapping[str, str]
     outcomes: tuple[tuple[str, bool], ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.columns["cycle"])
@@ -120,6 +122,7 @@ def cycle_table(
         {one.name: one.units for one in chosen},
         {one.name: one.long_name for one in chosen},
         tuple(_outcomes(history, cycles)),
+        tuple(_notes(rows)),
     )
 
 
@@ -158,21 +161,31 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
     """Return for each cycle that was to run until it is periodic whether it is, in words."""
     found = []
     for run in dict.fromkeys(one.run for one in cycles if one.until is not None):
-        last = [one for one in cycles if one.run == run][-2:]
-        if len(last) < 2 or last[1].until is None:
+        last = [one for one in cycles if one.run == run][-3:]
+        cycle, ends = last[-1], f"{last[-1].turn} cycles"
+        if len(last) < 2 or cycle.until is None:
             continue
-        change, turn = change_over_cycle(history, *last), last[1].turn
-        energy, value = (percent(round(one, 6)) for one in (change.energy, change.value))
-        changes = (
-            f"from cycle {turn - 1} to {turn} the dissipated energy changes by {energy}, {change.name}"
-            f" at the end by {value} of its scale, tolerance {percent(last[1].until)}"
+        left = distance_to_limit(history, last)
+        energy, value = (percent(round(one, 6)) for one in (left.energy, left.value))
+        distances = (
+            f"the dissipated energy is within {energy} of its limit, {left.name} at the end within {value} of its"
+            f" scale, tolerance {percent(cycle.until)}"
         )
-        if change.largest <= last[1].until:
-            found.append((f"{last[1].key}: periodic after {turn} cycles of at most {last[1].most}: {changes}", True))
-        elif turn == last[1].most:
-            text = f"{last[1].key}: not periodic after {turn} cycles: {changes}; at_most: {2 * turn} would go on"
+        if left.largest <= cycle.until:
+            found.append((f"{cycle.key}: periodic after {ends} of at most {cycle.most}: {distances}", True))
+        elif cycle.turn == cycle.most:
+            text = f"{cycle.key}: not periodic after {ends}: {distances}; at_most: {2 * cycle.turn} would go on"
             found.append((text, False))
     return found
+
+
+def _notes(rows: Sequence[Mapping[str, float]]) -> Iterator[str]:
+    """Yield why values of a table do not exist though its loops have a width."""
+    if any(math.isnan(row["reversal_stiffness"]) and row["sliding_amplitude"] > 0.0 for row in rows):
+        yield (
+            "reversal_stiffness is not known: the first increment after a reversal slips farther than it strains the"
+            " bodies, or it is the only one; more increments tell the slope"
+        )
 
 
 def _pair(history: History, cycles: Sequence[CycleSteps]) -> tuple[str, str] | None:
@@ -202,21 +215,20 @@ def _measured(
     energy, box = change_within(history["work_total"], cycle), force_range * motion_range
     # Where one load alone moves, friction dissipates what its loop encloses, and does so more exactly than a polygon.
     alone = len(cycle.moved) == 1 and cycle.moved <= (FORCES if pair is None else set(pair))
-    area = energy if alone else abs(float(np.trapezoid(force, motion)))
-    sliding = half_width(force, motion, begin, end)
-    sliding = 0.0 if sliding <= ROUND_OFF * motion_range else sliding  # NaN stays
-    stiffness, stiffness_error = reversal_stiffness(force, motion)
+    enclosed = Measure(energy, 0.0) if alone else area(force, motion)
+    width, stiffness = half_width(force, motion, begin, end), reversal_stiffness(force, motion)
+    sliding = 0.0 if width.value <= ROUND_OFF * motion_range else width.value  # NaN stays
     row = {
         "cycle": cycle.number,
         "first_step": cycle.first,
         "last_step": cycle.last,
         "stage": int(history["stage"][cycle.last]),
         "dissipated_energy": energy,
-        "energy_ratio": area / box if box > 0.0 else math.nan,
+        "energy_ratio": enclosed.value / box if box > 0.0 else math.nan,
         "sliding_ratio": 2.0 * sliding / motion_range if motion_range > 0.0 else math.nan,
         "sliding_amplitude": sliding,
         "slip_amplitude": _slip_amplitude(slip, *(cycle.first + place for place in (begin, end))),
-        "reversal_stiffness": stiffness,
+        "reversal_stiffness": stiffness.value,
         "force_range": force_range,
         "displacement_range": motion_range,
         "force_drift": float(force[-1] - force[0]),
@@ -224,18 +236,27 @@ def _measured(
     }
     if "work_total" + ERROR_SUFFIX not in history:
         return row
-    return row | _errors(history, cycle, row, stiffness_error, (begin, end), pair)
+    stage = _rows(history, "stage", cycle)
+    by_increments = {
+        "energy_ratio": enclosed.error / box if box > 0.0 else math.nan,
+        "sliding_ratio": 2.0 * width.error / motion_range if motion_range > 0.0 else math.nan,
+        "sliding_amplitude": width.error,
+        "reversal_stiffness": stiffness.error,
+        "force_range": range_error(force, stage),
+        "displacement_range": range_error(motion, stage),
+    }
+    return row | _errors(history, cycle, row, by_increments, (begin, end), pair)
 
 
 def _errors(
     history: History,
     cycle: CycleSteps,
     row: Mapping[str, float],
-    of_slope: float,
+    by_increments: Mapping[str, float],
     places: tuple[int, int],
     pair: tuple[str, str] | None,
 ) -> dict[str, float]:
-    """Return the error bars of a row. of_slope: the error of the stiffness by the increments; places: of both ends."""
+    """Return the error bars of a row. by_increments: what the loop between them may hide; places: of both ends."""
 
     def bar(name: str, place: int) -> float:
         step = cycle.first + place
@@ -265,23 +286,20 @@ def _errors(
         "energy_ratio": row["energy_ratio"] * math.hypot(of_energy, of_force, of_motion),
         "sliding_ratio": row["sliding_ratio"] * math.hypot(of_width, of_motion),
         "sliding_amplitude": row["sliding_amplitude"] * of_width,
-        "reversal_stiffness": math.hypot(of_slope, row["reversal_stiffness"] * math.hypot(of_force, of_motion)),
+        "reversal_stiffness": row["reversal_stiffness"] * math.hypot(of_force, of_motion),
         "force_range": force,
         "displacement_range": motion,
     }
-    return {name + ERROR_SUFFIX: value for name, value in found.items()}
+    return {name + ERROR_SUFFIX: math.hypot(value, by_increments.get(name, 0.0)) for name, value in found.items()}
 
 
 def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> tuple[DoubleArray, DoubleArray]:
     """Return force and displacement along the direction of the loop, or those of a `pair`, from its begin on."""
-
-    def rows(name: str) -> DoubleArray:
-        inside = np.asarray(history[name][max(cycle.first, 0) : cycle.last + 1], np.float64)
-        return inside if cycle.first >= 0 else np.concatenate([[0.0], inside])
-
     if pair is not None:
-        return rows(pair[0]), rows(pair[1])
-    forces, motions = np.array([rows("Qx"), rows("Qy")]), np.array([rows("delta_x"), rows("delta_y")])
+        return _rows(history, pair[0], cycle), _rows(history, pair[1], cycle)
+    forces, motions = (
+        np.array([_rows(history, name, cycle) for name in names]) for names in (("Qx", "Qy"), ("delta_x", "delta_y"))
+    )
     forces[np.abs(forces) <= _round_off(history)] = 0.0
     leading = motions if np.isfinite(motions).all() else forces
     spans = leading - leading[:, :1]
@@ -293,6 +311,12 @@ def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> 
     if unit[np.abs(unit).argmax()] < 0.0:
         unit = -unit
     return unit @ forces, unit @ motions
+
+
+def _rows(history: History, name: str, cycle: CycleSteps) -> DoubleArray:
+    """Return a column from the begin of a cycle to its end."""
+    inside = np.asarray(history[name][max(cycle.first, 0) : cycle.last + 1], np.float64)
+    return inside if cycle.first >= 0 else np.concatenate([[0.0], inside])
 
 
 def _slip_amplitude(slip: Callable[[int], NDArray[Any] | None], first: int, second: int) -> float:

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from fretsolve.case.models import Case
 from fretsolve.export.cycle_report import cycle_columns
-from fretsolve.result.cycles.steps import CHANGE_COLUMNS, change_over_cycle, cycles_in, stages_of
+from fretsolve.result.cycles.loop import range_error, reversal_stiffness
+from fretsolve.result.cycles.steps import (
+    CHANGE_COLUMNS,
+    MOST_CHANGES,
+    CycleSteps,
+    cycles_in,
+    distance_to_limit,
+    stages_of,
+)
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, cycle_table
 
 BODIES = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
@@ -74,6 +83,46 @@ def test_stiffness_at_reversal_is_extrapolated_from_few_increments(points: int) 
     secant = 36.0 / points * 2.0 / (2.0 * float(loading(np.array(36.0 / points))))
     found = float(table.columns["reversal_stiffness"][0])
     assert abs(found - exact) < 0.35 * abs(secant - exact)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1e-3])
+@pytest.mark.parametrize("points", [2, 3, 5, 8, 13, 40])
+def test_bars_of_the_loop_hold_what_lies_between_increments(points: int, beyond: float) -> None:
+    """Width and slope at the reversal of a Mindlin loop up to gross slip and beyond, in few increments and in many."""
+    history = loop(LIMIT, points, turns=2, beyond=beyond)
+    history |= {f"{name}_error": np.zeros(len(history["stage"])) for name in (*CHANGE_COLUMNS[1:], "P")}
+    columns = table_of(history, {"amplitude": {"delta_x": 1e-3}, "times": 2}).columns
+    row = {name: float(column[1]) for name, column in columns.items()}
+    width = ONSET * (2.0 * 0.5 ** (2.0 / 3.0) - 1.0) + beyond
+    rounding = 1e-12 * width
+    assert abs(row["sliding_amplitude"] - width) <= row["sliding_amplitude_error"] + rounding < width
+    span = 2.0 * (ONSET + beyond)
+    assert abs(row["sliding_ratio"] - 2.0 * width / span) <= row["sliding_ratio_error"] + 1e-12
+    assert abs(row["reversal_stiffness"] - 1.5 * LIMIT / ONSET) <= row["reversal_stiffness_error"]
+
+
+def test_a_single_long_increment_after_a_reversal_tells_no_slope() -> None:
+    history = loop(LIMIT, 1, turns=2, beyond=50e-3)
+    table = table_of(history, {"amplitude": {"delta_x": 50e-3}, "times": 2})
+    assert np.isnan(table.columns["reversal_stiffness"]).all()
+    assert table.notes[0].startswith("reversal_stiffness is not known: the first increment after a reversal slips")
+    assert not table_of(loop(36.0, 10), {"amplitude": {"Qx": 36.0}, "times": 1}).notes
+
+
+def test_a_cycle_that_begins_within_a_branch_has_no_reversal_there() -> None:
+    """The slope where a branch goes on is the slope of slip, not of a reversal."""
+    history = loop(36.0, 20, turns=2)
+    branch = slice(1 + 20 + 10, None)  # from the middle of the first branch on
+    cut = {name: column[branch] for name, column in history.items()}
+    found = reversal_stiffness(cut["Qx"][:41], cut["delta_x"][:41])
+    assert found.value == pytest.approx(1.5 * LIMIT / ONSET, rel=1e-3)
+
+
+def test_ranges_count_what_peaks_between_increments() -> None:
+    steps = np.linspace(-1.0, 1.0, 12)
+    peak = 1.0 - steps**2
+    assert range_error(peak, np.ones(12)) == pytest.approx(1.0 - peak.max())
+    assert range_error(peak, np.where(steps > steps[int(peak.argmax())], 2.0, 1.0)) == 0.0  # a load turns there
 
 
 def test_gross_slip_widens_the_loop() -> None:
@@ -238,13 +287,44 @@ def test_the_printed_table_has_them_only_where_they_differ() -> None:
     assert float(energies[1][3]) == pytest.approx(1.1 * float(energies[0][3]), rel=1e-3)
 
 
-def test_change_from_one_cycle_to_the_next() -> None:
+def energies_of(series: list[float]) -> tuple[dict[str, np.ndarray], list[CycleSteps]]:
+    """History of cycles that dissipate these energies, and the cycles."""
+    turns = len(series)
+    history, stages = loop(36.0, 5, turns=turns), stages_of(case_of({"amplitude": {"Qx": 36.0}, "times": turns}))
+    found = cycles_in(stages, history["stage"])
+    for one, energy in zip(found, series, strict=True):
+        rows = slice(one.first + 1, one.last + 1)
+        history["work_total"][rows] = history["work_total"][one.first] + np.linspace(0.1, 1.0, 10) * energy
+    return history, found
+
+
+@pytest.mark.parametrize(
+    "dies_out",
+    [lambda k: 0.5**k, lambda k: -(0.9**k), lambda k: k**-0.7, lambda k: k**-1.5, lambda k: (-0.6) ** k],
+    ids=["fast", "slow", "slow power", "power", "alternating"],
+)
+def test_the_distance_to_the_limit_holds_the_true_one(dies_out: Callable[[int], float]) -> None:
+    history, found = energies_of([1.0 + 0.3 * dies_out(k) for k in range(1, 41)])
+    for count in (4, 8, 20):
+        true = abs(0.3 * dies_out(count)) / (1.0 + 0.3 * dies_out(count))
+        estimate = distance_to_limit(history, found[count - 3 : count])
+        assert true <= 1.01 * estimate.energy
+        assert estimate.value < 1e-12
+    assert estimate.energy < 15.0 * true
+
+
+def test_the_distance_to_the_limit_does_not_trust_one_small_change() -> None:
+    """The energy turns there, as where cells stop to slip one after another."""
+    history, found = energies_of([1.3, 1.2, 1.1, 1.1 - 1e-9])
+    assert distance_to_limit(history, found[-3:]).energy > 0.05
+
+
+def test_the_distance_to_the_limit_of_values_is_over_their_range() -> None:
     history, stages = loop(36.0, 5, turns=2), stages_of(case_of({"amplitude": {"Qx": 36.0}, "times": 2}))
     found = cycles_in(stages, history["stage"])
-    same = change_over_cycle(history, *found)
-    assert same.largest < 1e-12
+    assert distance_to_limit(history, found).largest < 1e-10
     ratcheted = history | {"delta_x": history["delta_x"] + 1e-4 * (history["stage"] >= 5)}
-    change = change_over_cycle(ratcheted, *cycles_in(stages, ratcheted["stage"]))
-    assert change.name == "delta_x"
-    assert change.value == pytest.approx(1e-4 / np.ptp(ratcheted["delta_x"][15:]), rel=1e-9)
-    assert change.energy < 1e-12
+    left = distance_to_limit(ratcheted, found)
+    assert left.name == "delta_x"
+    assert left.value == pytest.approx(MOST_CHANGES * 1e-4 / np.ptp(ratcheted["delta_x"][15:]), rel=1e-9)
+    assert left.energy < 1e-10
