@@ -26,6 +26,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 from tempfile import gettempdir
 
@@ -160,7 +161,7 @@ def recorded(mode: str, study: str, asked: Asked) -> Assessment:
     with data_file(PAGE, data_name(study)).open(encoding="utf-8") as file:
         table = [row for row in csv.DictReader(file) if row["mode"] == mode]
     found = {tuple(row[key] for key in key_names(plan.variations)): row for row in table}
-    kept = tuple(one for one in plan.quantities if any(row[str(one)] for row in table))
+    kept = tuple(one for one in plan.quantities if any(row.get(str(one)) for row in table))
     nothing = np.full(len(kept), np.nan)
     rows = []
     for case in plan.cases:
@@ -191,46 +192,54 @@ def by_work(study: Assessment) -> Assessment:
     return replace(study, rows=tuple(replace(row, best=id(row) in marked) for row in rows))
 
 
-def print_best(found: Mapping[str, Assessment]) -> None:
-    """Print cost and worst errors of the best runs of some modes."""
-    print_row("mode", "points", "increments", "million applications x cells", "seconds", OTHERS, ENERGY)
-    print("| --- " * 7 + "|")
-    for mode, study in found.items():
-        for row in study.rows:
-            if row.best or not row.compared:
-                print_row(mode, *_costs(row), *_worst(study, row))
+def print_runs(found: Mapping[str, Assessment], of_finest: Mapping[str, Sequence[str]] | None = None) -> None:
+    """Print cost and worst errors of the runs with two columns for each mode, the second one for the energy's error.
+
+    of_finest: errors of the references themselves. Where two keys are varied, only references are printed and runs that
+    are best in a mode.
+    """
+    keys = next(iter(found.values())).plan.variations
+    print_row(*key_names(keys), *(f"{mode} | energy" for mode in found))
+    print("| --- " * (len(keys) + 2 * len(found)) + "|")
+    for settings in product(*keys.values()):
+        rows = {mode: _run_with(study, *settings) for mode, study in found.items()}
+        if len(keys) > 1 and not any(row.best or row.is_reference for row in rows.values()):
+            continue
+        cells = []
+        for mode, row in rows.items():
+            errors = [cell.partition(" (")[0] for cell in _worst(found[mode], row)]
+            if row.is_reference and of_finest and mode in of_finest:
+                errors = [f"reference ({error})" for error in of_finest[mode]]
+            cells += [f"{two_digits(work(row))}: {errors[0]}", errors[1]]
+        print_row(*settings, *cells)
 
 
 def print_grids_and_increments(modes: Sequence[str], asked: Asked) -> None:
-    """Print the best runs, how much the finest runs dissipate where they press, and the error of that."""
-    found = {mode: by_work(studied(mode, FRONT_ALONE, asked)) for mode in modes}
-    print_best(found)
-    print()
-    columns = "mJ", "of the work of P, %", "of the dissipation of the path, %", "error in the finest run, %"
-    print_row("mode", *columns)
-    print("| --- " * 5 + "|")
-    energy = StageQuantity("work_total", 1)
+    """Print the best runs, and how much the finest ones dissipate where they press.
+
+    The errors of the finest ones themselves are against the finest corrected runs.
+    """
+    found, of_finest = {mode: by_work(studied(mode, FRONT_ALONE, asked)) for mode in modes}, {}
     for mode in [one for one in modes if one in CORRECTED_MODES]:
-        compared, case = against(found[mode], studied(mode, CORRECTED, asked)), found[mode].finest.case
-        (finest,) = [row for row in compared.rows if row.case is case]
+        compared = against(found[mode], studied(mode, CORRECTED, asked))
+        of_finest[mode] = [cell.partition(" (")[0] for cell in _worst(compared, compared.finest)]
+    print_runs(found, of_finest)
+    print()
+    print_row("mode", "dissipated by pressing, mJ", "of the work of P, %", "of the dissipation of the path, %")
+    print("| --- " * 4 + "|")
+    for mode in of_finest:
+        case = found[mode].finest.case
         with open_result(case.out) as result:
             history, (end, *_) = result.history, case.setup.load_path.last_steps
             P, delta_z = (np.append(0.0, history[name][: end + 1]) for name in ("P", "delta_z"))
             pressing, whole = float(history["work_total"][end]), float(history["work_total"][-1])
-        error = finest.errors[compared.quantities.index(energy)]
-        parts = pressing / float(np.trapezoid(P, delta_z)), pressing / whole, error
+        parts = pressing / float(np.trapezoid(P, delta_z)), pressing / whole
         print_row(mode, two_digits(pressing), *(two_digits(100.0 * part) for part in parts))
 
 
 def print_by_mode(study: str, modes: Sequence[str], asked: Asked) -> None:
-    """Print work and worst errors of all runs, with a column for each mode."""
-    found = [by_work(studied(mode, study, asked)) for mode in modes]
-    ((key, values),) = found[0].plan.variations.items()
-    print_row(*key_names([key]), *modes)
-    print("| --- " * (len(modes) + 1) + "|")
-    for value in values:
-        rows = [(one, _run_with(one, value)) for one in found]
-        print_row(value, *(f"{two_digits(work(row))}: {_worst_alone(one, row)}" for one, row in rows))
+    """Print all runs of a study of one key."""
+    print_runs({mode: by_work(studied(mode, study, asked)) for mode in modes})
 
 
 def print_row(*cells: str) -> None:
@@ -241,7 +250,7 @@ def print_row(*cells: str) -> None:
 def print_corrected(modes: Sequence[str], asked: Asked) -> None:
     """Print the best runs with corrected values, and what errors cost as run and corrected."""
     found = {mode: by_work(studied(mode, CORRECTED, asked)) for mode in modes if mode in CORRECTED_MODES}
-    print_best(found)
+    print_runs(found)
     print()
     print_row("mode", "error", "of", "as run", "corrected", "times less")
     print("| --- " * 6 + "|")
@@ -256,6 +265,8 @@ def print_corrected(modes: Sequence[str], asked: Asked) -> None:
         for goal in GOALS:
             for names, graded, what in compared:
                 one, other = (cheapest(runs, names, goal) for runs in (raw, graded))
+                if one is None and other is None:
+                    continue
                 seconds = least_seconds([row for row in (one, other) if row is not None])
                 costs = _cost_text(one, seconds), _cost_text(other, seconds), _saved(one, other, seconds)
                 print_row(mode, percent(goal), what, *costs)
@@ -322,7 +333,7 @@ def _cost_text(row: AssessedRun | None, seconds: dict[int, list[float]]) -> str:
         return "no run"
     points, increments, millions, _ = _costs(row)
     times = ", ".join(map(two_digits, seconds[id(row)]))
-    return f"{points} x {increments}: {millions}; {times}"
+    return f"{points}x{increments}: {millions}; {times}"
 
 
 def print_precisions(modes: Sequence[str], asked: Asked) -> None:
@@ -365,11 +376,6 @@ def _worst(study: Assessment, row: AssessedRun) -> tuple[str, str]:
         error, stage = study.worst_of(row, name)
         found.append(f"{two_digits(100.0 * error)} ({StageQuantity(name, stage)})")
     return found[0], found[1]
-
-
-def _worst_alone(study: Assessment, row: AssessedRun) -> str:
-    """Return both without what they are of."""
-    return ", ".join(dict.fromkeys(cell.partition(" (")[0] for cell in _worst(study, row)))
 
 
 def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> None:
