@@ -6,14 +6,14 @@
     python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
     python benchmarks/trade.py --studies --pictures docs/pictures        # no runs, pictures from the written data
 
-The page shows the worst error of a run; ``--into`` also writes those of all quantities to ``data/trade_*.csv``.
+The page shows the worst errors of a run, of the dissipated energy and of all other quantities; ``--into`` also writes
+the errors of all quantities at the end of each stage to ``data/trade_*.csv``.
 
 The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. The reference is the finest
 run of each study, which has an error of its own; corrected values and those as run are compared with the finest
-corrected run. Cost: operator applications times cells, in millions, which no machine
-changes, and seconds of the processor, of one thread, with numba unless FRETSOLVE_NUMBA says otherwise. Runs that are
-compared as run and corrected are timed again, in
-turns and with the same kernels: those compiled by numba, and NumPy's.
+corrected run. Cost: operator applications times cells, in millions, which no machine changes, and seconds of the
+processor, of one thread, with numba unless FRETSOLVE_NUMBA says otherwise. Runs that are compared as run and corrected
+are timed again, in turns and with the same kernels: those compiled by numba, and NumPy's.
 """
 
 from __future__ import annotations
@@ -23,14 +23,16 @@ import math
 import os
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
 from pathlib import Path
 from tempfile import gettempdir
 
 import numpy as np
 from marked import data_file, parser_of, report, write_csv
+from numba.core import event
 
 from fretsolve import open_result, run_with_error_bars
 from fretsolve.case.dimensions import percent
@@ -39,9 +41,9 @@ from fretsolve.simulation import simulation
 from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
 from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import key_names, two_digits
-from fretsolve.sweep.base_case import PreparedCase
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.quantity import ENERGIES, StageQuantity
 from fretsolve.system.signals import StopRequest
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -82,10 +84,15 @@ GOALS = (0.01, 0.001)
 """Errors whose least cost is compared."""
 
 STUDIES = ("grids and increments", CORRECTED, "finer grids", "tolerance", "precision")
+OTHERS, ENERGY = "worst error of all other quantities, %", "of the energy, %"
+"""Headings."""
+
 FRONT_ALONE = STUDIES[0]
 """The study of which the page shows the best runs alone."""
 
 QUANTITIES = ("delta_z", "delta_x", "phi_z", "contact_radius", "stick_radius", "max_pressure", "work_total")
+COLUMNS = tuple(f"{name}@{stage}" for name in QUANTITIES for stage in (1, 2))
+"""Of the written tables."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +128,11 @@ def studied(mode: str, study: str, asked: Asked) -> Assessment:
     plan = planned(mode, study, asked)
     for _ in run_serially(plan.cases, StopRequest()):
         pass
-    return assess(plan, [_outcome(case, plan, study == CORRECTED) for case in plan.cases])
+    corrected = study == CORRECTED
+    return assess(
+        plan,
+        [read_outcome(case.out, plan.quantities, case.setup.load_path, corrected=corrected) for case in plan.cases],
+    )
 
 
 def planned(mode: str, study: str, asked: Asked) -> StudyPlan:
@@ -150,12 +161,12 @@ def recorded(mode: str, study: str, asked: Asked) -> Assessment:
     with data_file(PAGE, data_name(study)).open(encoding="utf-8") as file:
         table = [row for row in csv.DictReader(file) if row["mode"] == mode]
     found = {tuple(row[key] for key in key_names(plan.variations)): row for row in table}
-    kept = tuple(one for one in plan.quantities if any(row[one.name] for row in table))
+    kept = tuple(one for one in plan.quantities if any(row.get(str(one)) for row in table))
     nothing = np.full(len(kept), np.nan)
     rows = []
     for case in plan.cases:
         row = found[tuple(case.settings.values())]
-        errors = np.array([0.01 * float(row[one.name] or "nan") for one in kept])
+        errors = np.array([0.01 * float(row[str(one)] or "nan") for one in kept])
         outcome = Outcome(nothing, nothing, 0, float(row["seconds"]))
         rows.append(AssessedRun(case, outcome, nothing, errors, case is plan.cases[0], row["best"] == "yes"))
     return Assessment(plan, kept, (), nothing, nothing, tuple(rows))
@@ -164,10 +175,6 @@ def recorded(mode: str, study: str, asked: Asked) -> Assessment:
 def data_name(study: str) -> str:
     """Return the name of a study's table."""
     return f"trade_{study.replace(' ', '_')}"
-
-
-def _outcome(case: PreparedCase, plan: StudyPlan, corrected: bool) -> Outcome:
-    return read_outcome(case.out, plan.quantities, case.setup.load_path.last_steps, corrected=corrected)
 
 
 def work(row: AssessedRun) -> float:
@@ -185,43 +192,84 @@ def by_work(study: Assessment) -> Assessment:
     return replace(study, rows=tuple(replace(row, best=id(row) in marked) for row in rows))
 
 
-def print_trade(study: str, modes: Sequence[str], asked: Asked) -> None:
-    """Print cost and worst error of the runs of all modes."""
-    for number, mode in enumerate(modes):
-        found = by_work(studied(mode, study, asked))
-        if number == 0:
-            keys = key_names(found.plan.variations)
-            print("|", " | ".join(["mode", *keys, "million applications x cells", "seconds", "worst error, %"]), "|")
-            print("| --- " * (len(keys) + 4) + "|")
-        for row in found.rows:
-            if row.best or study != FRONT_ALONE or not row.compared:
-                print("|", " | ".join([mode, *_costs(row), _worst(found, row)]), "|")
+def print_runs(found: Mapping[str, Assessment], of_finest: Mapping[str, Sequence[str]] | None = None) -> None:
+    """Print cost and worst errors of the runs with two columns for each mode, the second one for the energy's error.
+
+    of_finest: errors of the references themselves. Where two keys are varied, only references are printed and runs that
+    are best in a mode.
+    """
+    keys = next(iter(found.values())).plan.variations
+    print_row(*key_names(keys), *(f"{mode} | energy" for mode in found))
+    print("| --- " * (len(keys) + 2 * len(found)) + "|")
+    for settings in product(*keys.values()):
+        rows = {mode: _run_with(study, *settings) for mode, study in found.items()}
+        if len(keys) > 1 and not any(row.best or row.is_reference for row in rows.values()):
+            continue
+        cells = []
+        for mode, row in rows.items():
+            errors = [cell.partition(" (")[0] for cell in _worst(found[mode], row)]
+            if row.is_reference and of_finest and mode in of_finest:
+                errors = [f"reference ({error})" for error in of_finest[mode]]
+            cells += [f"{two_digits(work(row))}: {errors[0]}", errors[1]]
+        print_row(*settings, *cells)
+
+
+def print_grids_and_increments(modes: Sequence[str], asked: Asked) -> None:
+    """Print the best runs, and how much the finest ones dissipate where they press.
+
+    The errors of the finest ones themselves are against the finest corrected runs.
+    """
+    found, of_finest = {mode: by_work(studied(mode, FRONT_ALONE, asked)) for mode in modes}, {}
+    for mode in [one for one in modes if one in CORRECTED_MODES]:
+        compared = against(found[mode], studied(mode, CORRECTED, asked))
+        of_finest[mode] = [cell.partition(" (")[0] for cell in _worst(compared, compared.finest)]
+    print_runs(found, of_finest)
+    print()
+    print_row("mode", "dissipated by pressing, mJ", "of the work of P, %", "of the dissipation of the path, %")
+    print("| --- " * 4 + "|")
+    for mode in of_finest:
+        case = found[mode].finest.case
+        with open_result(case.out) as result:
+            history, (end, *_) = result.history, case.setup.load_path.last_steps
+            P, delta_z = (np.append(0.0, history[name][: end + 1]) for name in ("P", "delta_z"))
+            pressing, whole = float(history["work_total"][end]), float(history["work_total"][-1])
+        parts = pressing / float(np.trapezoid(P, delta_z)), pressing / whole
+        print_row(mode, two_digits(pressing), *(two_digits(100.0 * part) for part in parts))
+
+
+def print_by_mode(study: str, modes: Sequence[str], asked: Asked) -> None:
+    """Print all runs of a study of one key."""
+    print_runs({mode: by_work(studied(mode, study, asked)) for mode in modes})
+
+
+def print_row(*cells: str) -> None:
+    """Print a row of a table."""
+    print("|", " | ".join(cells), "|", flush=True)
 
 
 def print_corrected(modes: Sequence[str], asked: Asked) -> None:
     """Print the best runs with corrected values, and what errors cost as run and corrected."""
     found = {mode: by_work(studied(mode, CORRECTED, asked)) for mode in modes if mode in CORRECTED_MODES}
-    print("| mode | points | increments | million applications x cells | seconds | worst error, % |")
-    print("| --- " * 6 + "|")
-    for mode, study in found.items():
-        for row in study.rows:
-            if row.best or not row.compared:
-                print("|", " | ".join([mode, *_costs(row), _worst(study, row)]), "|")
+    print_runs(found)
     print()
-    cost, saved = "millions; seconds with numba, NumPy", "applications; seconds with numba, NumPy"
-    columns = (f"as run: {cost}", f"corrected: {cost}", f"saved: {saved}")
-    print("| mode | error | of | " + " | ".join(columns) + " |")
+    print_row("mode", "error", "of", "as run", "corrected", "times less")
     print("| --- " * 6 + "|")
     for mode, study in found.items():
         raw, alone = against(studied(mode, FRONT_ALONE, asked), study), without_coarse_runs(study)
-        values = _without_sizes(study), study, "all but sizes of zones"
+        others = tuple(name for name in study.names if not name.endswith("radius") and name not in ENERGIES)
+        compared = (
+            (others, study, "the others"),
+            (("work_total",), study, "work_total"),
+            (("stick_radius",), alone, "stick_radius, graded"),
+        )
         for goal in GOALS:
-            for names, graded, what in (values, (("stick_radius",), alone, "stick_radius, graded as run")):
+            for names, graded, what in compared:
                 one, other = (cheapest(runs, names, goal) for runs in (raw, graded))
+                if one is None and other is None:
+                    continue
                 seconds = least_seconds([row for row in (one, other) if row is not None])
                 costs = _cost_text(one, seconds), _cost_text(other, seconds), _saved(one, other, seconds)
-                cells = [mode, percent(goal), what, *costs]
-                print("|", " | ".join(cells), "|", flush=True)
+                print_row(mode, percent(goal), what, *costs)
 
 
 def least_seconds(rows: Sequence[AssessedRun]) -> dict[int, list[float]]:
@@ -266,10 +314,6 @@ def against(study: Assessment, reference: Assessment) -> Assessment:
     return replace(study, quantities=reference.quantities, scales=reference.scales, rows=tuple(rows))
 
 
-def _without_sizes(study: Assessment) -> tuple[str, ...]:
-    return tuple(name for name in study.names if not name.endswith("radius"))
-
-
 def cheapest(study: Assessment, names: Sequence[str], goal: float) -> AssessedRun | None:
     """Return the run with the least work among those that have all errors of `names` within `goal`, if any has."""
     good = [row for row in study.rows if row.compared and max(study.error_of(row, name) for name in names) <= goal]
@@ -281,7 +325,7 @@ def _saved(raw: AssessedRun | None, corrected: AssessedRun | None, seconds: dict
     if raw is None or corrected is None:
         return "-"
     times = [one / other for one, other in zip(seconds[id(raw)], seconds[id(corrected)], strict=True)]
-    return f"{two_digits(work(raw) / work(corrected))}; {', '.join(map(two_digits, times))} times"
+    return f"{two_digits(work(raw) / work(corrected))}; {', '.join(map(two_digits, times))}"
 
 
 def _cost_text(row: AssessedRun | None, seconds: dict[int, list[float]]) -> str:
@@ -289,24 +333,25 @@ def _cost_text(row: AssessedRun | None, seconds: dict[int, list[float]]) -> str:
         return "no run"
     points, increments, millions, _ = _costs(row)
     times = ", ".join(map(two_digits, seconds[id(row)]))
-    return f"{millions}; {times} ({points} points, {increments} increments)"
+    return f"{points}x{increments}: {millions}; {times}"
 
 
 def print_precisions(modes: Sequence[str], asked: Asked) -> None:
     """Print the same for double and single precision side by side, with a row for each mode and tolerance."""
-    print("| mode | tolerance | million applications x cells: double, single | seconds | worst error, % |")
-    print("| --- " * 5 + "|")
+    print_row("mode", "tolerance", "million applications x cells: double, single", "seconds", OTHERS, ENERGY)
+    print("| --- " * 6 + "|")
     for mode in modes:
         found = by_work(studied(mode, "precision", asked))
         for tolerance in SINGLE_TOLERANCES:
-            pair = [_in_precision(found, tolerance, precision) for precision in ("double", "single")]
+            pair = [_run_with(found, tolerance, precision) for precision in ("double", "single")]
             columns = ([work(row) for row in pair], [row.outcome.seconds for row in pair])
             costs = [", ".join(map(two_digits, column)) for column in columns]
-            print("|", " | ".join([mode, tolerance, *costs, ", ".join(_worst(found, row) for row in pair)]), "|")
+            errors = zip(*(_worst(found, row) for row in pair), strict=True)
+            print_row(mode, tolerance, *costs, *map(", ".join, errors))
 
 
-def _in_precision(study: Assessment, *settings: str) -> AssessedRun:
-    """Return the run with these values of tolerance and precision."""
+def _run_with(study: Assessment, *settings: str) -> AssessedRun:
+    """Return the run with these values of what is varied."""
     return next(row for row in study.rows if tuple(_settings(row)) == settings)
 
 
@@ -319,12 +364,18 @@ def _costs(row: AssessedRun) -> list[str]:
     return [*_settings(row), two_digits(work(row)), two_digits(row.outcome.seconds)]
 
 
-def _worst(study: Assessment, row: AssessedRun) -> str:
-    if row.outcome.failure:
-        return "no solution"
-    if row.is_reference:
-        return "reference"
-    return f"{two_digits(100.0 * row.worst)} ({max(study.names, key=lambda name: study.error_of(row, name))})"
+def _worst(study: Assessment, row: AssessedRun) -> tuple[str, str]:
+    """Return the worst error of all but the dissipated energy, and that of the energy, with what they are of."""
+    if row.is_reference or row.outcome.failure:
+        word = "reference" if row.is_reference else "no solution"
+        return word, word
+    found = []
+    for of_energy in (False, True):
+        names = [name for name in study.names if (name in ENERGIES) == of_energy]
+        name = max(names, key=lambda name: study.error_of(row, name))
+        error, stage = study.worst_of(row, name)
+        found.append(f"{two_digits(100.0 * error)} ({StageQuantity(name, stage)})")
+    return found[0], found[1]
 
 
 def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> None:
@@ -332,14 +383,12 @@ def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> N
     rows = []
     for mode in modes if study != CORRECTED else [mode for mode in modes if mode in CORRECTED_MODES]:
         found = by_work(studied(mode, study, asked))
-        keys = key_names(found.plan.variations)
+        keys, names = key_names(found.plan.variations), list(map(str, found.quantities))
         for row in found.rows:
-            errors = [
-                two_digits(100.0 * found.error_of(row, name)) if row.compared and name in found.names else ""
-                for name in QUANTITIES
-            ]
-            rows.append([mode, *_costs(row), "yes" if row.best else "no", *errors])
-    write_csv(file, ["mode", *keys, "million_applications_cells", "seconds", "best", *QUANTITIES], rows)
+            errors = {name: two_digits(100.0 * error) for name, error in zip(names, row.errors, strict=True)}
+            cells = [errors.get(name, "") if row.compared else "" for name in COLUMNS]
+            rows.append([mode, *_costs(row), "yes" if row.best else "no", *cells])
+    write_csv(file, ["mode", *keys, "million_applications_cells", "seconds", "best", *COLUMNS], rows)
 
 
 def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
@@ -368,9 +417,11 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path)
     words = parser.parse_args()
     simulation._working_seconds = processor_seconds
+    event.timer = time.process_time  # of readying the kernels, which `processor_seconds` leaves out
     os.environ.setdefault("FRETSOLVE_NUMBA", "1")  # short runs would choose NumPy, and be compared with long ones
     asked = Asked(tuple(words.points), tuple(words.increments), words.runs)
-    parts = {study: partial(print_trade, study, words.modes, asked) for study in STUDIES}
+    parts = {study: partial(print_by_mode, study, words.modes, asked) for study in STUDIES}
+    parts[FRONT_ALONE] = partial(print_grids_and_increments, words.modes, asked)
     parts[CORRECTED] = partial(print_corrected, words.modes, asked)
     parts["precision"] = partial(print_precisions, words.modes, asked)
     report({study: parts[study] for study in words.studies}, words.into)

@@ -51,6 +51,9 @@ load_path:
   - cycle: {{times: 1, stages: [{{Qx: -36 N, increments: 1}}, {{Qx: 18 N, increments: 1}}]}}
 """
 
+UNLIKE_SHEARED = LOOP.split("  - cycle")[0].replace("0.3}", "0.06}", 1).replace("coupling: none\n", "")
+"""Pressed and sheared, unlike bodies."""
+
 TWO_CYCLES = f"""\
 title: loop
 {SPHERE.replace("friction: 0.1", "friction: 0.4")}load_path:

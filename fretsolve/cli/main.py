@@ -138,8 +138,8 @@ def check(**options: Any) -> int:
     "--quantity",
     "quantities",
     "NAME[@STAGE]",
-    "A quantity to compare, at the end of a stage (by default the last). By default: the responses to the load path,"
-    " and what the case expects.",
+    "A quantity to compare, at the end of a stage; without one at the ends of all stages, of a repeated cycle those of"
+    " its last repetition. By default: the responses to the load path, and what the case expects.",
 )
 @click.option(
     "--truth",
@@ -157,6 +157,10 @@ def check(**options: Any) -> int:
 @quiet_option
 def study(out: Path | None, quiet: bool, **options: Any) -> int:
     """Compare settings of CASE by their errors and costs.
+
+    The error of a quantity is the worst over the ends of the compared stages, relative to the value there. If the
+    quantity goes through 0, as a tangential force does, or is 0 there, the error is relative to the largest on the
+    path.
 
     All combinations of the values of --vary are run. The runs are kept in OUT, where later studies reuse them. After an
     interrupt (exit code 75) the same command continues.

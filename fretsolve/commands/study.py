@@ -10,7 +10,7 @@ from fretsolve.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.export.text_report import report_console
 from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
+from fretsolve.study.plan import NOUNS, StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import advice, failures, notes, tables
 from fretsolve.study.result_files import (
     CSV_NAME,
@@ -24,6 +24,7 @@ from fretsolve.study.variation import words
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.manifest import MANIFEST_NAME
 from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.quantity import listed
 from fretsolve.sweep.status import missing, own_attributes, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing
@@ -78,7 +79,7 @@ def _warnings(plan: StudyPlan) -> Iterator[str]:
 def _about_reference(plan: StudyPlan) -> Iterator[str]:
     yield f"reference: {plan.reference_words}"
     if plan.unknown:
-        yield f"left out, without a closed form: {', '.join(map(str, plan.unknown))}"
+        yield f"left out, with no {NOUNS[plan.kind]}: {listed(plan.unknown)}"
     if plan.why_unknown:
         yield f"({plan.why_unknown})"
 
@@ -89,8 +90,7 @@ def _run(plan: StudyPlan, stop: StopRequest, messages: CaseMessages) -> list[Out
     with messages.progress():
         reports = run_serially(plan.cases, stop, messages.increment)
         for case, report in zip(plan.cases, reports, strict=False):
-            steps = case.setup.load_path.last_steps
-            outcome = read_outcome(case.out, plan.quantities, steps, corrected=plan.corrected)
+            outcome = read_outcome(case.out, plan.quantities, case.setup.load_path, corrected=plan.corrected)
             outcomes.append(outcome)
             messages.case(
                 case.id,
@@ -146,7 +146,7 @@ def _require_comparison(source: Path, study: Assessment) -> None:
     if len(failed) == len(study.rows):
         raise none_solved(source, failed[0].outcome.failure)
     if not study.quantities:
-        why, left_out = "0", ", ".join(map(str, study.left_out))
+        why, left_out = "0", listed(study.left_out)
         if study.plan.cases[0].setup.model.line:
             why = "0, or displacements of a line contact, which a reference_depth makes known"
         raise CaseError(f"nothing to compare, since {why}: {left_out}; name others with --quantity", (), source)

@@ -11,10 +11,15 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.study.plan import StudyPlan
 from fretsolve.sweep.base_case import PreparedCase
-from fretsolve.sweep.manifest import index_list
 from fretsolve.sweep.outcome import Outcome
-from fretsolve.sweep.quantity import StageQuantity
+from fretsolve.sweep.quantity import NAMES, StageQuantity
 from fretsolve.system.arrays import DoubleArray
+
+SIGNED = {*(name for pair in PAIRS[1:] for name in pair), *(name for name in NAMES if "_center_" in name)}
+"""Quantities that go through 0: components of the load other than the normal one, and middles of the zones."""
+
+ROUNDING = 1e-9
+"""Part of the largest value on the path up to which a value counts as 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +51,7 @@ class AssessedRun:
 class Assessment:
     """The runs of a plan by cost. reference: values ``(n,)`` of the quantities; scales: of the errors.
 
-    left_out: quantities that are 0 throughout.
+    left_out: quantities that are 0 throughout, or of which the reference has no value.
     """
 
     plan: StudyPlan
@@ -72,12 +77,18 @@ class Assessment:
         return tuple(dict.fromkeys(quantity.name for quantity in self.quantities))
 
     def error_of(self, row: AssessedRun, name: str) -> float:
-        """Return the largest error of a quantity over its stages."""
-        return float(max(error for one, error in zip(self.quantities, row.errors, strict=True) if one.name == name))
+        """Return the largest error of a quantity over the ends of its stages."""
+        return self.worst_of(row, name)[0]
 
-    def stages_of(self, name: str) -> str:
-        """Return the stages at whose ends a quantity is compared, such as ``1,3-6``."""
-        return index_list([quantity.stage for quantity in self.quantities if quantity.name == name])
+    def worst_of(self, row: AssessedRun, name: str) -> tuple[float, int]:
+        """Return the largest error of a quantity over the ends of its stages, and the stage."""
+        found = [(row.errors[place], one.stage) for place, one in enumerate(self.quantities) if one.name == name]
+        place = int(np.argmax([error for error, _ in found]))  # that of NaN, if there is one
+        return float(found[place][0]), found[place][1]
+
+    def stages_of(self, name: str) -> list[int]:
+        """Return the stages at whose ends a quantity is compared."""
+        return [quantity.stage for quantity in self.quantities if quantity.name == name]
 
     @property
     def finest(self) -> AssessedRun:
@@ -91,13 +102,11 @@ def assess(plan: StudyPlan, outcomes: Sequence[Outcome]) -> Assessment:
     reference = finest.values if not finest.failure else np.full(len(quantities), np.nan)
     if plan.known is not None:
         reference = np.array([plan.known[one] for one in quantities])
-    # Load components cycle through 0: their errors are relative to the largest value on the path. Those of other
-    # quantities are relative to the reference, but at least to a tenth of the largest value: in gross slip none sticks.
-    signed = {name for pair in PAIRS[1:] for name in pair}
-    shares = [1.0 if one.name in signed else 0.1 for one in quantities]
     peaks = np.max([one.peaks for one in outcomes], axis=0) if finest.failure else finest.peaks
-    scales = np.maximum(np.abs(reference), shares * peaks)
-    kept = np.flatnonzero(peaks > 0.0).tolist()
+    # An error is relative to the value there, or to the largest on the path if the quantity goes through 0, or is 0.
+    signs = np.array([one.name in SIGNED for one in quantities])
+    scales = np.where(signs | (np.abs(reference) <= ROUNDING * peaks), peaks, np.abs(reference))
+    kept = np.flatnonzero((peaks > 0.0) & (np.isfinite(reference) | bool(finest.failure))).tolist()
     rows = []
     for case, outcome in sorted(zip(plan.cases, outcomes, strict=False), key=lambda pair: pair[1].seconds):
         is_reference = plan.known is None and outcome is finest

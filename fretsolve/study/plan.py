@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from fretsolve.case.keys.unrolled_path import Stage, last_repetitions
 from fretsolve.case.loading import CaseText, read_case
 from fretsolve.errors import CaseError
+from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.state import CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.study.variation import changes_the_problem, points_along, read_variation, words
@@ -22,7 +24,7 @@ from fretsolve.sweep.quantity import (
     expected_values,
     in_order,
     key_beside,
-    read_quantity,
+    read_quantities,
     usual_quantities,
 )
 
@@ -54,7 +56,7 @@ class StudyPlan:
     """A study: a sweep in `manifest`, its `cases` in the same order, and what they are compared with.
 
     variations: the varied keys with their values. First comes the finest run of the first problem, then the others by
-    their estimated cost. known: the reference if it is known before any run, None for the finest run. unknown: usual
+    their estimated cost. known: the reference if it is known before any run, None for the finest run. unknown:
     quantities for which the reference has no value; why_unknown: the reason, empty if that is clear; corrected: values
     corrected for the number of increments are compared.
     """
@@ -109,12 +111,10 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
     costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
     setup = costliest.setup
     known = known_values(kind, setup)
-    stages = min(len(one.setup.load_path.last_steps) for one in cases)
-    compared = compared_quantities(quantities, stages, setup, kind, known)
+    stages = min((one.setup.load_path.stages for one in cases), key=len)
+    compared, unknown = compared_quantities(quantities, stages, setup, kind, known)
     if not compared:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
-    usual = usual_quantities(setup) if kind == "closed-form" and not quantities else ()
-    unknown = tuple(one for one in usual if one not in compared)
     why = setup.closed_forms.why_not_mindlin if unknown else ""
     cases.sort(key=lambda one: (one is not costliest, one.expected.seconds))
     manifest = Manifest(
@@ -196,30 +196,53 @@ def known_values(kind: ReferenceKind, setup: ProblemSetup) -> Mapping[StageQuant
 
 def compared_quantities(
     texts: Sequence[str],
-    stages: int,
+    stages: Sequence[Stage],
     setup: ProblemSetup,
     kind: ReferenceKind,
     known: Mapping[StageQuantity, float] | None,
-) -> tuple[StageQuantity, ...]:
-    """Return those of ``--quantity``, else the usual ones for which the reference has values. Raises CaseError."""
-    asked = in_order([read_quantity(text, stages) for text in texts])
-    for quantity in asked:
-        if quantity.name in WEAR_NAMES and setup.case.wear is None:
-            raise CaseError("it is known with wear alone; wear in the case is needed", (), f"--quantity {quantity}")
-        if quantity.name in CORRECTED_NAMES:
-            name = quantity.name.removesuffix(CORRECTED_SUFFIX)
-            message = f"corrected values are compared with --corrected; give it, and --quantity {name}"
-            raise CaseError(message, (), f"--quantity {quantity.name}")
-        if known is not None and quantity not in known:
-            same_name = [str(one) for one in in_order(known) if one.name == quantity.name]
-            there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(known)))
-            of_mindlin = kind == "closed-form" and quantity.name in OF_MINDLIN
-            why = setup.closed_forms.why_not_mindlin if of_mindlin else ""
-            message = f"--truth {kind}: it has no {NOUNS[kind]}; these have: {there}{'; ' if why else ''}{why}"
-            raise CaseError(message, (), f"--quantity {quantity}")
-    usual = tuple(quantity for quantity in usual_quantities(setup) if quantity.stage <= stages)
-    if known is None or asked:
-        return asked or usual
-    imposed = setup.load_path.imposed
-    stated = in_order([one for one in known if one.stage <= stages and one.name not in imposed[one.stage - 1]])
-    return stated if kind == "expect" else tuple(one for one in usual if one in known) or stated
+) -> tuple[tuple[StageQuantity, ...], tuple[StageQuantity, ...]]:
+    """Return the quantities that are compared, and those for which the reference has no value.
+
+    They are those of ``--quantity``, by default the usual ones; without a stage, those at the ends of all stages, of a
+    repeated cycle of the last repetition. Raises CaseError.
+    """
+    judged = sorted(last_repetitions(stages).values())
+    found: list[StageQuantity] = []
+    for text in texts:
+        named = read_quantities(text, judged, len(stages))
+        _require_known(text, named, setup, kind, known)
+        found += named
+    wanted = in_order(found) or usual_quantities(setup, judged)
+    wanted = tuple(one for one in wanted if one.stage <= len(stages) or one.name in CYCLE_NAMES)
+    if known is None:
+        return wanted, ()
+    have = tuple(one for one in wanted if one in known)
+    if not texts and (kind == "expect" or not have):
+        imposed = setup.load_path.imposed
+        stated = [one for one in known if one.stage <= len(stages) and one.name not in imposed[one.stage - 1]]
+        return in_order(stated), () if kind == "expect" else wanted
+    return have, tuple(one for one in wanted if one not in known)
+
+
+def _require_known(
+    text: str,
+    named: Sequence[StageQuantity],
+    setup: ProblemSetup,
+    kind: ReferenceKind,
+    known: Mapping[StageQuantity, float] | None,
+) -> None:
+    """Raise CaseError unless the runs have what `text` names, and the reference one value of it at least."""
+    name = named[0].name
+    message = ""
+    if name in WEAR_NAMES and setup.case.wear is None:
+        message = "it is known with wear alone; wear in the case is needed"
+    elif name in CORRECTED_NAMES:
+        as_run = name.removesuffix(CORRECTED_SUFFIX)
+        message = f"corrected values are compared with --corrected; give it, and --quantity {as_run}"
+    elif known is not None and not any(one in known for one in named):
+        same_name = [str(one) for one in in_order(known) if one.name == name]
+        there = ", ".join(same_name or dict.fromkeys(one.name for one in in_order(known)))
+        why = setup.closed_forms.why_not_mindlin if kind == "closed-form" and name in OF_MINDLIN else ""
+        message = f"--truth {kind}: it has no {NOUNS[kind]}; these have: {there}{'; ' if why else ''}{why}"
+    if message:
+        raise CaseError(message, (), f"--quantity {text}")

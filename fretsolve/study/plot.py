@@ -19,6 +19,7 @@ from fretsolve.plots.labels import line_colors, physical_name
 from fretsolve.study.assessment import AssessedRun, Assessment, front
 from fretsolve.study.report import TARGETS, key_names
 from fretsolve.study.variation import short
+from fretsolve.sweep.quantity import place_of
 
 PLAIN: dict[str, Any] = {"marker": "o", "color": "0.4", "markersize": 5.0, "linestyle": ""}
 FRONT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "drawstyle": "steps-post", "zorder": 2.0}
@@ -43,7 +44,7 @@ def trade(study: Assessment, title: str) -> Figure:
     panels = [("worst of the quantities", [row.worst for row in rows])] * (len(study.names) > 1)
     for name in study.names:
         stages = study.stages_of(name)
-        heading = f"{physical_name(name)}, {'stage' if stages.isdecimal() else 'worst of stages'} {stages}"
+        heading = f"{physical_name(name)}, {'worst of ' * (len(stages) > 1)}{place_of(name, stages)}"
         panels.append((heading, [study.error_of(row, name) for row in rows]))
     with canvas(None, len(panels), (3.7, 2.9)) as drawn:
         for axes, (heading, errors) in zip(drawn.axes, panels, strict=False):

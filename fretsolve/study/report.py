@@ -14,6 +14,8 @@ from fretsolve.case.dimensions import percent
 from fretsolve.export.text_report import TextColumn
 from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.study.variation import words
+from fretsolve.sweep.manifest import index_list
+from fretsolve.sweep.quantity import ENERGIES, listed, place_of
 
 TARGETS = (0.01, 0.001)
 """Errors for which advice is given."""
@@ -38,13 +40,21 @@ def notes(study: Assessment) -> Iterator[str]:
             if plan.known is None:
                 own = "an error of its own, as its bars say" if plan.corrected else "an unknown error of its own"
                 yield f"that run has {own}; errors smaller than that mean nothing"
+        names_at: dict[str, list[str]] = {}
+        for name in study.names:
+            if len(stages := study.stages_of(name)) > 1:
+                names_at.setdefault(place_of(name, stages), []).append(name)
+        if names_at:
+            named = [f"{place} ({', '.join(names)})" for place, names in names_at.items()]
+            places = named if len(named) > 1 else list(names_at)
+            yield f"the {study.difference} of a quantity is the {study.largest} over the ends of {'; '.join(places)}"
     if plan.corrected:
-        as_run = ", ".join(str(one) for one in study.quantities if plan.column(one) == str(one))
+        as_run = ", ".join(dict.fromkeys(one.name for one in study.quantities if plan.column(one) == str(one)))
         but = f", but for {as_run}, which no correction helps" if as_run else ""
         yield f"values are corrected for the number of increments{but}; costs include the coarse runs"
     if study.left_out and len(failed) < len(study.rows):
-        line = plan.cases[0].setup.model.line  # whose displacements have a free constant
-        yield f"left out, since 0{' or not known' if line else ''}: {', '.join(map(str, study.left_out))}"
+        unknown = any(np.isnan(study.finest.outcome.values))  # as displacements of a line contact
+        yield f"left out, since 0{' or not known' if unknown else ''}: {listed(study.left_out)}"
     yield from failed
     yield from without_values(study)
 
@@ -67,8 +77,9 @@ def failures(study: Assessment) -> Iterator[str]:
 def advice(study: Assessment) -> Iterator[str]:
     """Yield for each target the cheapest run that meets it in all quantities, how well, and what that saves.
 
-    A run meets the target if its errors, as they are shown, are no larger. If only the size of a zone misses it, and a
-    run that meets it otherwise costs half of that, a second sentence names it. No advice if the problem itself changes.
+    A run meets the target if its errors, as they are shown, are no larger. If only sizes of zones and energies miss it,
+    and a run that meets it otherwise costs half of that, a second sentence names it. No advice if the problem itself
+    changes.
     """
     targets: dict[str, list[str]] = {}
     for target in TARGETS if any(row.compared for row in study.rows) and not study.plan.problem_keys else ():
@@ -86,12 +97,12 @@ def _advice_for(study: Assessment, target: float) -> Iterator[str]:
     else:
         nearest = min((row for row in study.rows if row.compared), key=lambda row: row.worst)
         yield f": no other run meets it; the nearest is {_praise(study, nearest, study.names)}"
-    # On coarse grids the errors of sizes of zones are larger than all others.
-    others = [name for name in study.names if not name.endswith(("_radius", "_area"))]
+    # Errors of sizes of zones on coarse grids, and of the energy of pressing, are larger than all others.
+    others = [name for name in study.names if not name.endswith(("_radius", "_area")) and name not in ENERGIES]
     relieved = _cheapest(study, target, others) if others else None
     if relieved is not None and (chosen is None or 2.0 * relieved.outcome.seconds <= chosen.outcome.seconds):
         missed = [name for name in study.names if not _meets(study, relieved, target, [name])]
-        errors = " and ".join(f"{name} ({two_digits(100.0 * study.error_of(relieved, name))} %)" for name in missed)
+        errors = " and ".join(f"{name} ({_error_and_place(study, relieved, name)})" for name in missed)
         yield f" in all but {errors}: {_praise(study, relieved, others)}"
 
 
@@ -111,6 +122,13 @@ def _praise(study: Assessment, row: AssessedRun, names: Sequence[str]) -> str:
     errors = ", ".join(f"{name} within {two_digits(100.0 * study.error_of(row, name))} %" for name in worst_first[:3])
     more = ", the rest closer" if len(worst_first) > 3 else ""
     return f"{words(row.case.settings, line=row.case.setup.model.line)}: {errors}{more}; {_saving(study, row)}"
+
+
+def _error_and_place(study: Assessment, row: AssessedRun, name: str) -> str:
+    """Return the error of a quantity, and at the end of which of its stages it is."""
+    error, stage = study.worst_of(row, name)
+    several = len(study.stages_of(name)) > 1
+    return f"{two_digits(100.0 * error)} %" + (f", {place_of(name, [stage])}" if several else "")
 
 
 def _saving(study: Assessment, row: AssessedRun) -> str:
@@ -154,7 +172,7 @@ def _errors(study: Assessment) -> Iterator[TextColumn]:
     yield study.largest, study.difference, "%", *(_cell(row, row.worst) for row in study.rows)
     for name in study.names:
         first, _, second = name.rpartition("_")
-        heading = (first, second) if len(second) > 1 and first else (name, f"@{study.stages_of(name)}")
+        heading = (first, second) if len(second) > 1 and first else (name, f"@{index_list(study.stages_of(name))}")
         yield *heading, "%", *(_cell(row, study.error_of(row, name)) for row in study.rows)
 
 

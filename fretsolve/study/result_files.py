@@ -15,6 +15,7 @@ import numpy as np
 from fretsolve.errors import FileError
 from fretsolve.study.assessment import Assessment
 from fretsolve.sweep.manifest import OF_A_CASE, require_own_names
+from fretsolve.sweep.quantity import place_of
 from fretsolve.sweep.table import Column, column, write_table_csv, write_table_hdf5
 from fretsolve.system.foreign_files import PICTURE_MARK, open_hdf5, require_own
 
@@ -129,7 +130,7 @@ def _values(study: Assessment) -> list[Column]:
             study.plan.column(one),
             [row.values[index] for row in study.rows],
             study.finest.outcome.units.get(one.name, one.units),
-            f"{study.plan.column(one).partition('@')[0]} at the end of stage {one.stage}",
+            f"{study.plan.column(one).partition('@')[0]} ({place_of(one.name, [one.stage])})",
             scale=study.scales[index],
             **_reference(study.reference[index]),
         )

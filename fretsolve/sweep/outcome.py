@@ -11,9 +11,11 @@ from typing import Literal, Protocol
 import numpy as np
 
 from fretsolve.case.history import PAIRS
+from fretsolve.case.keys.unrolled_path import last_repetitions
 from fretsolve.errors import SlidingError
 from fretsolve.export.selection import relevant_columns, total_cost
 from fretsolve.fatigue.names import WORST_NAMES, fatigue_path
+from fretsolve.model.load_path import LoadPath
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
@@ -151,15 +153,16 @@ class _Fatigue:
 
 
 def read_outcome(
-    path: Path, quantities: Sequence[StageQuantity], last_steps: Sequence[int] | None = None, *, corrected: bool = False
+    path: Path, quantities: Sequence[StageQuantity], load_path: LoadPath | None = None, *, corrected: bool = False
 ) -> Outcome:
     """Return the outcome of the result `path`. Raises FileError.
 
-    last_steps: the increments at which stages end. Without it the stage in which a run failed counts as not ended.
+    load_path: of the case, whose cycles the result may have left before their last repetition: the last one that was
+    solved stands for it. Without a path the stage in which a run failed counts as not ended.
     corrected: take the values corrected for the number of increments, where there are any.
     """
     with open_result(path) as result:
-        sources = _sources(result, {one.name for one in quantities}, _stage_ends(result, last_steps), corrected)
+        sources = _sources(result, {one.name for one in quantities}, _stage_ends(result, load_path), corrected)
         pairs = [(one, sources[one.name]) for one in quantities]
         found = np.array([source.value(one) for one, source in pairs]).reshape(-1, 2)
         return Outcome(
@@ -176,19 +179,22 @@ def read_outcome(
         )
 
 
-def _stage_ends(result: Result, last_steps: Sequence[int] | None) -> dict[int, int]:
-    """Return the increment with which each stage ends; last_steps: as for `read_outcome`."""
+def _stage_ends(result: Result, load_path: LoadPath | None) -> dict[int, int]:
+    """Return the increment with which each stage ends; load_path: as for `read_outcome`."""
     stages, complete = result.history["stage"], result.status == "complete"
-    if last_steps is None or complete:  # cycles that end by themselves leave stages out
+    if load_path is None or complete:  # cycles that end by themselves leave stages out
         steps = stage_ends(stages)
         ends = dict(zip(stages[steps].tolist(), steps.tolist(), strict=True))
     else:
-        ends = dict(enumerate(last_steps, start=1))
+        ends = dict(enumerate(load_path.last_steps, start=1))
     if complete:
         ends[LAST_STAGE] = result.increments - 1
-        if last_steps:  # the last stage of the whole path, where cycles at its end left it out
-            ends.setdefault(len(last_steps), result.increments - 1)
-    elif last_steps is None and ends:
+        if load_path is not None:
+            solved = last_repetitions(stage for stage in load_path.stages if stage.number in ends)
+            left_out = last_repetitions(load_path.stages).items() - solved.items()
+            ends |= {number: ends[solved[place]] for place, number in left_out if place in solved}
+            ends.setdefault(len(load_path.stages), result.increments - 1)  # a change by wear that was left out
+    elif load_path is None and ends:
         ends.popitem()
     return ends
 

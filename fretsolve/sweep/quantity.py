@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
@@ -15,6 +15,7 @@ from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.stress.names import PEAK_NAMES
+from fretsolve.sweep.manifest import index_list
 
 USUAL_OF_WEAR, ERROR_OF_WEAR = ("wear_volume", "wear_depth_max"), "wear_error"
 """Columns that are collected of cases with wear; the last one by sweeps alone, as grids have no order in it."""
@@ -40,6 +41,9 @@ ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_N
 
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *WEAR_HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
+
+ENERGIES = tuple(name for name in ALL_NAMES if _COLUMN_UNITS.get(name.removesuffix(CORRECTED_SUFFIX)) == "mJ")
+"""Columns of dissipated energy."""
 
 LAST_STAGE = 1_000_000_000
 """Stands for the last stage where the number of stages is not known."""
@@ -81,6 +85,17 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     return StageQuantity(name, int(stage) if at else stages)
 
 
+def read_quantities(text: str, judged: Sequence[int], stages: int) -> tuple[StageQuantity, ...]:
+    """Read ``NAME@STAGE``, or ``NAME`` for the ends of all `judged` ones of `stages`. Raises CaseError.
+
+    A column of the table of cycles, or of fatigue, has one value: that of the last cycle.
+    """
+    one = read_quantity(text, stages)
+    if "@" in text or one.name in CYCLE_NAMES or one.name in WORST_NAMES:
+        return (one,)
+    return tuple(replace(one, stage=stage) for stage in judged)
+
+
 def _right_name(name: str) -> str:
     """Return which name would be right instead of one that is not known."""
     as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
@@ -98,10 +113,13 @@ def key_beside(name: str) -> str:
     return next((key for names, key in keys if name in names), "")
 
 
-def usual_quantities(setup: ProblemSetup) -> tuple[StageQuantity, ...]:
-    """Return the responses to the load path at its end and what the case expects, without what is imposed."""
-    last = len(setup.load_path.last_steps)
-    found = [StageQuantity(name, last) for name in _moved(setup)] + list(expected_values(setup))
+def usual_quantities(setup: ProblemSetup, stages: Sequence[int] = ()) -> tuple[StageQuantity, ...]:
+    """Return the responses to the load path and what the case expects, without what is imposed.
+
+    stages: at whose ends the responses are, by default at that of the last one.
+    """
+    ends = stages or [len(setup.load_path.last_steps)]
+    found = [StageQuantity(name, stage) for name in _moved(setup) for stage in ends] + list(expected_values(setup))
     imposed = setup.load_path.imposed
     return in_order([quantity for quantity in found if quantity.name not in imposed[quantity.stage - 1]])
 
@@ -114,6 +132,21 @@ def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
         for one in reversed(setup.case.expect)
         if one.quantity in NAMES
     }
+
+
+def listed(quantities: Iterable[StageQuantity]) -> str:
+    """Return quantities in words, as ``delta_z (stages 1-4), work_total (stage 4)``."""
+    by_name: dict[str, list[int]] = {}
+    for one in quantities:
+        by_name.setdefault(one.name, []).append(one.stage)
+    return ", ".join(f"{name} ({place_of(name, of)})" for name, of in by_name.items())
+
+
+def place_of(name: str, stages: Sequence[int]) -> str:
+    """Return in words where a quantity is taken, as ``stages 1-4`` or ``cycle 2 and last cycle``."""
+    kind, numbers = "cycle" if name in CYCLE_NAMES else "stage", [one for one in stages if one != LAST_STAGE]
+    places = [f"{kind}{'s' * (len(numbers) > 1)} {index_list(numbers)}"] if numbers else []
+    return " and ".join([*places, *([f"last {kind}"] if LAST_STAGE in stages else [])])
 
 
 def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import count, islice
@@ -125,6 +125,20 @@ def _stage(number: int, step: _Step) -> Stage:
         whole, increments = spec.cycle, spec.cycle.count(spec.parts)
         return Stage(number, key, whole.targets(spec.sign), increments, whole.spacing, ("amplitude",), cycle, outer)
     return Stage(number, key, spec.targets, spec.increments, spec.spacing, (), cycle, outer)
+
+
+def last_repetitions(stages: Iterable[Stage]) -> dict[tuple[object, ...], int]:
+    """Return the numbers of the stages, of those that are repeated the last one, by where they stand in the case file.
+
+    Changes of the surfaces by wear are no stages of their own. The ends of a cycle with an amplitude stand at one place
+    and differ by their loads.
+    """
+    found: dict[tuple[object, ...], int] = {}
+    for stage in stages:
+        if stage.wears is None:
+            loads = tuple(target for target in stage.targets if target[0] != "friction")  # which cycles may change
+            found[stage.key, loads, stage.cycle is None] = stage.number
+    return found
 
 
 def imposed_after(before: dict[str, float], stage: Stage) -> dict[str, float]:

@@ -15,7 +15,7 @@ from studying import plan_of
 
 from fretsolve.study.assessment import Assessment, assess, front
 from fretsolve.study.plan import StudyPlan
-from fretsolve.study.report import advice, two_digits
+from fretsolve.study.report import advice, notes, two_digits
 from fretsolve.sweep.outcome import Outcome
 
 
@@ -36,7 +36,7 @@ def test_front() -> None:
 
 
 def test_errors_marks_and_advice(tmp_path: Path) -> None:
-    quantities = ["delta_x", "stick_radius", "work_total"]
+    quantities = ["delta_x@4", "stick_radius@4", "work_total@4"]
     plan = plan_of(tmp_path, ["grid.points=8,16,24,32,40"], quantities=quantities)
     values = [[2.0, 1.0, 4.0], [1.9, 1.0, 4.0], [2.01, 1.1, 4.0], [2.0, 0.995, 4.02], [2.0, 1.0, 5.0]]
     study = made_up(plan, [10.0, 1.0, 2.0, 5.0, 20.0], values)
@@ -44,20 +44,54 @@ def test_errors_marks_and_advice(tmp_path: Path) -> None:
     np.testing.assert_allclose([row.worst for row in study.rows], [0.05, 0.1, 0.005, np.nan, 0.25])
     assert [row.best for row in study.rows] == [True, False, True, False, False]
     assert [row.is_reference for row in study.rows] == [False, False, False, True, False]
-    first, second, third = advice(study)
+    first, second, third, fourth = advice(study)
     assert first == (
         "for 1 %: 24 x 24: stick_radius within 0.50 %, work_total within 0.50 %, delta_x within 0 %;"
         " 5.0 s, 2.0 times cheaper than the finest run"
     )
     assert second.startswith("for 1 % in all but stick_radius (10 %): 16 x 16: delta_x within 0.50 %")
     assert third.startswith("for 0.1 %: no other run meets it; the nearest is 24 x 24")
+    assert fourth.startswith("for 0.1 % in all but stick_radius (0.50 %) and work_total (0.50 %): 24 x 24: ")
 
 
 def test_errors_of_components_refer_to_their_largest_value(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_x", "work_total"])
-    study = assess(plan, [outcome(1.0, values, [2.0, 8.0]) for values in ([0.1, 4.0], [0.3, 3.0])])
+    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_x@2", "work_total@2"])
+    study = assess(plan, [outcome(1.0, values, [2.0, 80.0]) for values in ([0.1, 4.0], [0.3, 3.0])])
     np.testing.assert_allclose(study.scales, [2.0, 4.0])
     np.testing.assert_allclose(next(row for row in study.rows if row.compared).errors, [0.1, 0.25])
+
+
+def test_the_worst_of_all_stages_counts(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["grid.points=8,16,24"], quantities=["work_total", "delta_z@4"])
+    assert [str(one) for one in plan.quantities] == ["delta_z@4", *(f"work_total@{stage}" for stage in (1, 2, 3, 4))]
+    peaks = [9.0, *[8.0] * 4]
+    first_is_worse = outcome(1.0, [9.0, 1.23, 2.02, 4.0, 8.0], peaks)
+    closer = outcome(2.0, [9.009, 1.005, 2.0, 4.0, 8.08], peaks)
+    study = assess(plan, [outcome(4.0, [9.0, 1.0, 2.0, 4.0, 8.0], peaks), first_is_worse, closer])
+    rough, fine, _ = study.rows
+    np.testing.assert_allclose([rough.worst, fine.worst], [0.23, 0.01])
+    assert [study.worst_of(row, "work_total")[1] for row in (rough, fine)] == [1, 4]
+    assert study.error_of(rough, "work_total") == pytest.approx(0.23)
+    first, second, *_ = advice(study)
+    assert first.startswith("for 1 %: 16 x 16: work_total within 1.0 %, delta_z within 0.10 %; 2.0 s")
+    but = "for 1 % and 0.1 % in all but work_total (23 %, stage 1): 8 x 8: delta_z within 0 %; 1.0 s"
+    assert second.startswith(but)
+    assert "the error of a quantity is the worst over the ends of stages 1-4" in list(notes(study))
+
+
+def test_a_value_of_zero_is_compared_with_the_largest_on_the_path(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["stick_radius@2", "stick_radius@3", "work_total@1"])
+    reference, other = outcome(2.0, [0.5, 0.0, 1e-15], [2.0, 2.0, 4.0]), outcome(1.0, [0.4, 0.1, 0.02])
+    study = assess(plan, [reference, other])
+    np.testing.assert_allclose(study.scales, [0.5, 2.0, 4.0])
+    np.testing.assert_allclose(study.rows[0].errors, [0.2, 0.05, 0.005])
+
+
+def test_what_the_reference_does_not_know_is_left_out(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_z@1", "delta_z@2", "delta_y@2"])
+    study = assess(plan, [outcome(2.0, [2.0, math.nan, 0.0], [2.0, 2.0, 0.0]), outcome(1.0, [2.1, 2.0, 0.0])])
+    assert [row.worst for row in study.rows] == pytest.approx([0.05, math.nan], nan_ok=True)
+    assert "left out, since 0 or not known: delta_z (stage 2), delta_y (stage 2)" in list(notes(study))
 
 
 @pytest.mark.parametrize(
@@ -71,15 +105,16 @@ def test_two_digits(value: float, text: str) -> None:
 def test_picture_has_a_panel_per_quantity_with_the_front(tmp_path: Path) -> None:
     from fretsolve.study.plot import trade
 
-    plan = plan_of(tmp_path, ["grid.points=8,16,24,32"], quantities=["delta_x", "work_total"])
-    study = made_up(plan, [9.0, 1.0, 2.0, 4.0], [[2.0, 4.0], [1.9, 4.1], [1.8, 4.0], [1.99, 4.01]])
+    plan = plan_of(tmp_path, ["grid.points=8,16,24,32"], quantities=["delta_x@4", "work_total@1", "work_total@4"])
+    values = [[2.0, 4.0, 4.0], [1.9, 4.0, 4.1], [1.8, 4.0, 4.0], [1.99, 4.01, 4.0]]
+    study = made_up(plan, [9.0, 1.0, 2.0, 4.0], values)
     figure = trade(study, "title")
     worst, delta_x, work = figure.axes[:3]
     titles = [axes.get_title() for axes in figure.axes[:3]]
     assert titles == [
         "worst of the quantities",
         r"rigid displacement along x $\delta_x$, stage 4",
-        "dissipated energy, stage 4",
+        "dissipated energy, worst of stages 1,4",
     ]
     np.testing.assert_allclose(delta_x.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
     np.testing.assert_allclose(worst.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])

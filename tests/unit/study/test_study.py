@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from command_line import PATIENCE, finish, invoke, refused, start
 from line_cases import LINE
-from small_cases import LOOP, write_case
+from small_cases import LOOP, TWO_CYCLES, UNLIKE_SHEARED, write_case
 from studying import BRIEF, EVERY, EXPECT, plan_of
 
 import fretsolve.commands.study as command
@@ -138,14 +138,14 @@ def test_closed_form_truth(tmp_path: Path, undrawn: None) -> None:
     ("text", "words", "message"),
     [
         (LOOP.replace("none", "full"), ("--truth", "closed-form"), "no closed form is known for this case"),
-        (LOOP, ("--truth", "closed-form", "--quantity", "max_shear"), "max_shear@4: --truth closed-form: it has no"),
+        (LOOP, ("--truth", "closed-form", "--quantity", "max_shear"), "max_shear: --truth closed-form: it has no"),
         (
             LOOP,
             ("--truth", "closed-form", "--quantity", "delta_x@2", "--set", "coupling=tangential"),
             "max_pressure; with Poisson's ratios other than 0, shear along x also moves the surfaces along y, which",
         ),
         (LOOP, ("--truth", "expect"), "expect: the case expects nothing that --truth expect could compare with"),
-        (LOOP + EXPECT, ("--truth", "expect", "--quantity", "delta_x"), "no expected value; these have: delta_x@2"),
+        (LOOP + EXPECT, ("--truth", "expect", "--quantity", "delta_x@4"), "no expected value; these have: delta_x@2"),
     ],
 )
 def test_truth_that_is_not_there(text: str, words: tuple[str, ...], message: str, tmp_path: Path) -> None:
@@ -160,6 +160,36 @@ def test_expected_truth(tmp_path: Path, undrawn: None) -> None:
     assert float(truth["delta_x@2 (mm)"]) == 0.863748e-3
     assert "Qx@4 (N)" not in truth  # imposed: no run is off
     assert all(0.0 < float(row["error of delta_x@2 (%)"]) < 2.0 for row in rows)
+
+
+def test_a_worse_first_stage_counts(tmp_path: Path, undrawn: None) -> None:
+    """Pressing unlike bodies dissipates little, and few increments miss it."""
+    case = write_case(tmp_path, UNLIKE_SHEARED)
+    result = invoke("study", case, "--vary", f"{EVERY}=2,8", "--quantity", "work_total")
+    assert result.exit_code == 0, result.stderr
+    row, reference = sorted(rows_of(tmp_path / "case.study"), key=lambda row: row["role"] == "reference")
+    energies = []
+    for one, increments in ((row, 2), (reference, 8)):
+        with open_result(tmp_path / "case.study" / one["result"]) as solved:
+            energies.append(solved.history["work_total"][increments - 1 :: increments])
+    off = 100.0 * np.abs(energies[0] / energies[1] - 1.0)
+    assert off.shape == (2,)
+    assert off[0] > 3.0 * off[1]
+    np.testing.assert_allclose(percentages([row], "work_total@1") + percentages([row], "work_total@2"), off, rtol=1e-4)
+    assert float(row["worst error (%)"]) == pytest.approx(off[0], rel=1e-4)
+    assert "the error of a quantity is the worst over the ends of stages 1-2" in result.stdout
+
+
+def test_the_last_repetition_that_was_solved_stands_for_the_last(tmp_path: Path, undrawn: None) -> None:
+    text = TWO_CYCLES.replace("times: 2", "until: periodic, at_most: 9")
+    result = invoke("study", write_case(tmp_path, text), "--vary", "grid.points=12,16", "--quantity", "delta_x")
+    assert result.exit_code == 0, result.stderr
+    for row in rows_of(tmp_path / "case.study"):
+        with open_result(tmp_path / "case.study" / row["result"]) as solved:
+            assert solved.increments < 20
+            delta_x = solved.history["delta_x"]
+        found = [float(row[f"delta_x@{stage} (mm)"]) for stage in (1, 2, 19, 20)]
+        np.testing.assert_allclose(found, delta_x[[0, 2, -3, -1]], rtol=1e-9)
 
 
 def test_failures_are_rows_with_their_reason(tmp_path: Path, undrawn: None) -> None:
@@ -224,7 +254,8 @@ def test_it_is_told_why_there_is_no_closed_form_of_shear(tmp_path: Path, undrawn
     words = ("--vary", "grid.points=8,10", "--truth", "closed-form")
     linked = write_case(tmp_path, LOOP.replace("none", "tangential"))
     told = invoke("study", linked, *words).stdout
-    assert "left out, without a closed form: delta_x@4, stick_radius@4, work_total@4\n(with Poisson's ratios" in told
+    names = "delta_x (stages 1-4), stick_radius (stages 1-4), work_total (stages 1-4)"
+    assert f"left out, with no closed form: {names}\n(with Poisson's ratios" in told
     assert "they are exact only with coupling: none" in told
 
 
@@ -247,15 +278,15 @@ def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
     case = write_case(tmp_path, LOOP)
     result = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y", *BRIEF)
     assert result.exit_code == 0
-    assert "left out, since 0: delta_y@4" in result.stdout
+    assert "left out, since 0: delta_y (stages 1-4)" in result.stdout
     line = write_case(tmp_path, LINE, "line.yaml")
     result = invoke("study", line, "--vary", "grid.points=16,24", "--quantity", "delta_x", "--quantity", "stick_radius")
-    assert "left out, since 0 or not known: delta_x@2" in result.stdout
+    assert "left out, since 0 or not known: delta_x (stages 1-2)" in result.stdout
     free = invoke("study", line, "--vary", "grid.points=16,24", "--quantity", "delta_z")
-    assert "since 0, or displacements of a line contact, which a reference_depth makes known: delta_z@2;" in free.stderr
+    assert "0, or displacements of a line contact, which a reference_depth makes known: delta_z (stages" in free.stderr
     alone = invoke("study", case, "--vary", "grid.points=8,10", "--quantity", "delta_y")
     assert alone.exit_code == 2
-    assert alone.stderr.endswith(f"{case}: nothing to compare, since 0: delta_y@4; name others with --quantity\n")
+    assert f"{case}: nothing to compare, since 0: delta_y (stages 1-4); name others with --quan" in alone.stderr
 
 
 def stopping(after: int) -> tuple[Any, Callable[..., None], list[int]]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from command_line import refused
-from small_cases import LOOP, write_case
+from small_cases import LOOP, TWO_CYCLES, write_case
 from studying import EVERY, EXPECT, plan_of
 
 from fretsolve import load_case
@@ -17,7 +17,7 @@ from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.study.plan import finest
 from fretsolve.study.variation import changes_the_problem, read_variation, short, words
-from fretsolve.sweep.quantity import StageQuantity, usual_quantities
+from fretsolve.sweep.quantity import StageQuantity, listed, usual_quantities
 
 
 @pytest.mark.parametrize(
@@ -141,6 +141,43 @@ def test_usual_quantities_are_moved_or_expected_and_not_imposed(tmp_path: Path) 
     assert names(usual_quantities(setup_of(tmp_path, driven)))[:2] == ["Qx@4", "delta_z@4"]
     smooth = names(usual_quantities(setup_of(tmp_path, LOOP, "friction=0")))
     assert "stick_radius@4" not in smooth
+
+
+def test_quantities_are_judged_at_the_ends_of_all_stages(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["grid.points=8"], quantities=["work_total", "delta_x@2"])
+    assert names(plan.quantities) == ["delta_x@2", "work_total@1", "work_total@2", "work_total@3", "work_total@4"]
+    usual = [name for name in names(plan_of(tmp_path, ["grid.points=8"]).quantities) if name.startswith("delta_z")]
+    assert usual == ["delta_z@1", "delta_z@2", "delta_z@3", "delta_z@4"]
+    driven = LOOP.replace("Qx: 36 N", "delta_x: 1 um")  # and Qx in the cycle: what is imposed has no error
+    found = names(plan_of(tmp_path, ["grid.points=8"], text=driven).quantities)
+    assert [name for name in found if "x@" in name] == ["Qx@2", "delta_x@1", "delta_x@3", "delta_x@4"]
+
+
+def test_of_a_repeated_cycle_the_last_repetition_is_judged(tmp_path: Path) -> None:
+    cycles = ["delta_x", "dissipated_energy", "dissipated_energy@1"]
+    plan = plan_of(tmp_path, ["grid.points=8"], text=TWO_CYCLES, quantities=cycles)
+    delta_x = ["delta_x@1", "delta_x@2", "delta_x@5", "delta_x@6"]
+    assert names(plan.quantities) == [*delta_x, "dissipated_energy@1", "dissipated_energy"]
+    assert listed(plan.quantities) == "delta_x (stages 1-2,5-6), dissipated_energy (cycle 1 and last cycle)"
+    assert names(plan_of(tmp_path, ["grid.points=8"], text=TWO_CYCLES, quantities=["delta_x@3"]).quantities) == [
+        "delta_x@3"
+    ]
+
+
+def test_the_shortest_load_path_says_which_stages_there_are(tmp_path: Path) -> None:
+    plan = plan_of(tmp_path, ["load_path.2.cycle.times=1,3"], quantities=["delta_x"])
+    assert names(plan.quantities) == ["delta_x@1", "delta_x@2", "delta_x@3", "delta_x@4"]
+
+
+def test_with_known_values_the_stages_count_that_have_one(tmp_path: Path) -> None:
+    varied, text = ["grid.points=8"], LOOP + EXPECT
+    plan = plan_of(tmp_path, varied, text=text, quantities=["delta_x"], kind="expect")
+    assert (names(plan.quantities), listed(plan.unknown)) == (["delta_x@2"], "delta_x (stages 1,3-4)")
+    plan = plan_of(tmp_path, varied, kind="closed-form")
+    assert [name for name in names(plan.quantities) if name.startswith(("delta_z", "work"))] == [
+        *("delta_z@1", "delta_z@2", "delta_z@3", "delta_z@4"),
+        *("work_total@2", "work_total@3", "work_total@4"),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fretsolve.case.keys.unrolled_path import CyclePass
+from fretsolve.case.keys.unrolled_path import CyclePass, last_repetitions
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
@@ -49,6 +49,31 @@ def test_first_end_and_then_both_ends_in_turn(tmp_path: Path) -> None:
     ]
     assert [stage.increments for stage in stages[1:]] == [5, 10, 10, 10, 10]
     assert [stage.number for stage in stages] == [1, 2, 3, 4, 5, 6]
+
+
+@pytest.mark.parametrize(
+    ("cycle", "last"),
+    [
+        ("{amplitude: {Qx: 20 N}, times: 3}", [1, 2, 7, 8]),
+        ("{times: 3, stages: [{Qx: 20 N}, {Qx: 0 N}, {Qx: 20 N}]}", [1, 8, 9, 10]),
+        ("{times: 2, stages: [{cycle: {times: 2, stages: [{Qx: 20 N}, {Qx: 0 N}]}}, {P: 300 N}]}", [1, 9, 10, 11]),
+    ],
+)
+def test_last_repetitions(tmp_path: Path, cycle: str, last: list[int]) -> None:
+    assert sorted(last_repetitions(case_of(tmp_path, cycle).stages()).values()) == last
+
+
+def test_changes_by_wear_and_of_friction_make_no_other_stages(tmp_path: Path) -> None:
+    worn = CASE.replace("friction: 0.1", "friction: {cycles: [[1, 0.1], [20, 0.3]]}")
+    stages = case_of(tmp_path, "{amplitude: {Qx: 20 N}, times: 3}", worn).stages()
+    assert sorted(last_repetitions(stages).values()) == [1, 2, 7, 8]
+    worn = f"{CASE}wear: {{law: energy, alpha: 1e-4 mm^3/J}}\n"
+    stages = case_of(tmp_path, "{represents: 6, jump: 2, stages: [{Qx: 20 N}, {Qx: 0 N}]}", worn).stages()
+    assert [dict(stages[number - 1].targets) for number in sorted(last_repetitions(stages).values())] == [
+        {"P": 400.0},
+        {"Qx": 20.0},
+        {"Qx": 0.0},
+    ]
 
 
 def test_increments_are_rounded_up_or_automatic(tmp_path: Path) -> None:
