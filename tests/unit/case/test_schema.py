@@ -21,7 +21,7 @@ from fretsolve.case.schema import area_schema, case_schema
 from fretsolve.case.source import parse
 
 ROOT = Path(__file__).parents[3]
-CASES = [*ROOT.glob("cases/*.yaml"), *(Path(fretsolve.__file__).parent / "templates").glob("*.yaml")]
+CASES = [*ROOT.glob("cases/*.yaml"), *ROOT.glob("cases/external/*.yaml"), *(Path(fretsolve.__file__).parent / "templates").glob("*.yaml")]
 
 
 @pytest.fixture(scope="module")
