@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -98,7 +97,7 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
         require_own(junit, JUNIT_MARK, "a report of tests")
         if not junit.parent.is_dir():
             raise FileError(f"cannot be written: there is no folder {junit.parent}", junit)
-    found = [cases_in(path) if os.path.isdir(path) else ([path], []) for path in cases]
+    found = [cases_at(path) for path in cases]
     skipped = [other for _, others in found for other in others]
     outcomes = []
     for path in (case for inside, _ in found for case in inside):
@@ -114,24 +113,27 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
     return code
 
 
-def cases_in(folder: Path) -> tuple[list[Path], list[Path]]:
-    """Return the cases of a folder and its other YAML files, such as sweeps and materials, in the order of their names.
+def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
+    """Return a case, or the cases of a folder and its other YAML files, such as sweeps, in the order of their names.
 
     A YAML file is a case if it has one of the keys that a case needs, or cannot be read: its check says why. Raises
-    CaseError if there is none, FileError if the folder cannot be read.
+    CaseError if a folder has none, FileError if it cannot be read.
     """
+    with reported("cannot be read", path):
+        if not path.is_dir():
+            return [path], []
+        files = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml") and file.is_file())
     needed = [key for key, field in Case.model_fields.items() if field.is_required()]
-    cases, others = [], []
-    with reported("cannot be read", folder):
-        files = sorted(path for path in folder.iterdir() if path.suffix in (".yaml", ".yml") and path.is_file())
-    for path in files:
+    cases: list[Path] = []
+    others: list[Path] = []
+    for file in files:
         try:
-            data = read_case(path).data
+            data = read_case(file).data
         except FretsolveError:
             data = dict.fromkeys(needed)
-        (cases if isinstance(data, dict) and data.keys() & needed else others).append(path)
+        (cases if isinstance(data, dict) and data.keys() & needed else others).append(file)
     if not cases:
-        raise CaseError(f"no YAML file in this folder is a case, with {', '.join(needed)}", (), folder)
+        raise CaseError(f"no YAML file in this folder is a case, with {', '.join(needed)}", (), path)
     return cases, others
 
 

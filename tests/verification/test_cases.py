@@ -41,6 +41,9 @@ def test_a_published_value_has_its_source_and_the_kind_of_its_reference(name):
     source = text.partition("# Source: ")[2].partition("title:")[0]
     assert re.search(r"\((18|19|20)\d\d\)", source), "a source with its year"
     assert "olerance" in source, "the reason of each tolerance"
-    expected = [line for line in text.splitlines() if "{quantity:" in line]
-    assert expected
-    assert all(line.partition("} ")[2].strip().startswith(tuple(f"# {kind}: " for kind in KINDS)) for line in expected)
+    page = (FOLDER.parent / "docs" / "verification.md").read_text(encoding="utf-8")
+    expected = re.findall(r"- \{quantity: (\w+), .*\} +# (.+)", text)
+    assert len(expected) == text.count("{quantity:") > 0
+    for quantity, reference in expected:
+        assert reference.startswith(tuple(f"{kind}: " for kind in KINDS))
+        assert f"| {Path(name).name} | {quantity} | {reference} |" in page
