@@ -89,8 +89,8 @@ class CheckedCase:
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
     """Check and print each case, those of a folder too, and return the worst exit code.
 
-    Raises CaseError for a folder without cases and a wrong ending of `junit`, FileError for a folder that cannot be
-    read and if that of `junit` does not exist.
+    Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist, and for a folder without
+    cases or that cannot be read.
     """
     if junit is not None:
         require_ending(junit, "a JUnit file", ".xml")
@@ -117,7 +117,7 @@ def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
     """Return a case, or the cases of a folder and its other YAML files, such as sweeps, in the order of their names.
 
     A YAML file is a case if it has one of the keys that a case needs, or cannot be read: its check says why. Raises
-    CaseError if a folder has none, FileError if it cannot be read.
+    FileError if a folder has none, or cannot be read.
     """
     with reported("cannot be read", path):
         if not path.is_dir():
@@ -133,7 +133,7 @@ def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
             data = dict.fromkeys(needed)
         (cases if isinstance(data, dict) and data.keys() & needed else others).append(file)
     if not cases:
-        raise CaseError(f"no YAML file in this folder is a case, with {', '.join(needed)}", (), path)
+        raise FileError(f"no YAML file in this folder is a case, with {', '.join(needed)}", path)
     return cases, others
 
 

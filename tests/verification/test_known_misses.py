@@ -102,3 +102,24 @@ def test_contact_radius_of_a_rigid_sphere_pressed_with_high_friction(points: int
     path = [{"delta_z": approach, "increments": increments, "spacing": "graded"}]
     case = build(bodies=RIGID, friction=20.0, grid={"points": points}, load_path=path)
     assert_bar_holds(case, "contact_radius", math.sqrt(approach * RADIUS / 1.08873))
+
+
+RIGHT_OF_RING = {"contact_radius": 0.08801, "stick_radius": 0.0743}
+
+
+@pytest.mark.parametrize(
+    ("quantity", "points"),
+    [
+        ("stick_radius", 64),
+        missed("stick_radius", 36, by=3.4),
+        ("contact_radius", 64),
+        missed("contact_radius", 28, by=2.7),
+        missed("contact_radius", 36, by=2.4),
+    ],
+)
+def test_radii_of_a_ring_under_a_torque(quantity: str, points: int) -> None:
+    """The ring is 0.4 to 0.9 of a cell wide on these points; by 600 points, of which it has 9."""
+    surface = [{"sphere": {"radius": -10.0}}, {"punch": {"radius": 0.5, "edge_radius": 0.25}}]
+    path = [{"P": 30.0}, {"Mz": 1.08, "increments": 1}]
+    case = build(surface=surface, friction=0.3, grid={"points": points, "size": 1.04}, load_path=path)
+    assert_bar_holds(case, quantity, RIGHT_OF_RING[quantity])

@@ -126,7 +126,7 @@ def test_folder_without_cases_is_a_mistake(name: str, tmp_path: Path) -> None:
     if name:
         write_case(tmp_path, "case: case.yaml\naxes: {friction: [0.1]}\n", name)
     told = f"{tmp_path}: no YAML file in this folder is a case, with bodies, surface, load_path\n"
-    assert refused(2, "check", tmp_path) == told
+    assert refused(4, "check", tmp_path) == told
 
 
 def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
