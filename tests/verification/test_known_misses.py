@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 from bars import ends_of_stages
 from scipy.integrate import quad
+from scipy.special import ellipk
 from solving import HERTZ, LOAD, MATERIAL, RADIUS, RIGID, build
 
 from fretsolve.case.models import Case
-from fretsolve.reference.hertz import hertz_elliptic
+from fretsolve.model.materials import compliances
+from fretsolve.reference.hertz import hertz_elliptic, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin
 
 FRICTION = 0.5
@@ -123,3 +125,15 @@ def test_radii_of_a_ring_under_a_torque(quantity: str, points: int) -> None:
     path = [{"P": 30.0}, {"Mz": 1.08, "increments": 1}]
     case = build(surface=surface, friction=0.3, grid={"points": points, "size": 1.04}, load_path=path)
     assert_bar_holds(case, quantity, RIGHT_OF_RING[quantity])
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, missed(1e-6, by=3.4)])
+def test_stick_radius_of_nearly_similar_bodies_that_are_pressed(tolerance: float) -> None:
+    """By Spence, c = a/2. The slip is so small that the default tolerance takes slipping cells for sticking ones."""
+    bodies = [{"young_modulus": 200e3, "poisson_ratio": ratio} for ratio in (0.29, 0.31)]
+    path = [{"P": LOAD, "increments": 40, "spacing": "graded"}]
+    parts: dict[str, Any] = {"bodies": bodies, "grid": {"points": 96}, "load_path": path}
+    pair = compliances(*build(**parts).bodies)
+    friction = math.log(3.0) / ellipk(0.75) * abs(pair.dundurs_constant)
+    case = build(friction=friction, solver={"tolerance": tolerance}, **parts)
+    assert_bar_holds(case, "stick_radius", 0.5 * hertz_sphere(LOAD, RADIUS, pair.contact_modulus).contact_radius)
