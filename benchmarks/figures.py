@@ -13,6 +13,7 @@ from the closed forms of the similar ones, which have the same contact modulus.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -34,12 +35,14 @@ import profile_increment
 from marked import printed, put_parts_into
 
 import fretsolve
+from fretsolve.commands.check import cases_at, check_case
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
+CLOSED = "closed form"
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ class Row:
     stage: int
     certified: float
     found: Callable[[State], float]
+    reference: str = "other program"
 
 
 def attribute(name: str) -> Callable[[State], float]:
@@ -83,10 +87,10 @@ def certified_rows() -> list[Row]:
     hertz, mindlin, torsion = base_forms()
     p0, dz, a = hertz.max_pressure, hertz.delta_z, hertz.contact_radius
     return [
-        Row("mode1_similar", "delta_z, mm", 1, dz, attribute("delta_z")),
-        Row("mode1_similar", "p0, MPa", 1, p0, attribute("max_pressure")),
-        Row("mode1_similar", "a, mm", 1, a, attribute("contact_radius")),
-        Row("mode1_similar", "c at A, mm", 2, mindlin.stick_radius, attribute("stick_radius")),
+        Row("mode1_similar", "delta_z, mm", 1, dz, attribute("delta_z"), CLOSED),
+        Row("mode1_similar", "p0, MPa", 1, p0, attribute("max_pressure"), CLOSED),
+        Row("mode1_similar", "a, mm", 1, a, attribute("contact_radius"), CLOSED),
+        Row("mode1_similar", "c at A, mm", 2, mindlin.stick_radius, attribute("stick_radius"), CLOSED),
         Row("mode1_similar", "shear traction at the centre at A, MPa", 2, 1.0013 * mindlin.center_shear, central_shear),
         Row("mode1_similar", "delta_x at A, mm", 2, (1 - 0.00084) * mindlin.delta_x, attribute("delta_x")),
         Row("mode1_similar", "dissipated energy A to E, mJ", 6, 1.40881e-2, attribute("work_total")),
@@ -169,8 +173,8 @@ def print_certified() -> None:
     ends = {case: stage_ends(case) for case in dict.fromkeys(row.case for row in rows)}
     cell = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", ["grid.points=128"])).grid.dx
     print(f"128 x 128 cells; a cell is {cell:.4f} mm.\n")
-    print("| case | quantity | certified | found | deviation, % |")
-    print("| --- | --- | --- | --- | --- |")
+    print("| case | quantity | reference | certified | found | deviation, % |")
+    print("| --- | --- | --- | --- | --- | --- |")
     for row in rows:
         found = row.found(ends[row.case][row.stage])
         if row.quantity.startswith("dissipated"):  # the path begins with the rise to A, which is not part of the cycle
@@ -178,7 +182,18 @@ def print_certified() -> None:
         deviation = f"{100 * (found / row.certified - 1):+.3f}"
         if row.quantity[:2] in ("a,", "c ", "c,"):
             deviation += f" ({(found - row.certified) / cell:+.2f} cells)"
-        print(f"| {row.case} | {row.quantity} | {row.certified:.6g} | {found:.6g} | {deviation} |")
+        print(f"| {row.case} | {row.quantity} | {row.reference} | {row.certified:.6g} | {found:.6g} | {deviation} |")
+
+
+def print_published() -> None:
+    """Print the values of ``cases/external``, of each the kind of its reference and its source, and what is found."""
+    print("| case | quantity | reference | published | found |")
+    print("| --- | --- | --- | --- | --- |")
+    for case in cases_at(CASES / "external")[0]:
+        references = re.findall(r"\{quantity: .*\} *# (.+)", case.read_text(encoding="utf-8"))
+        for comparison, reference in zip(check_case(case).comparisons, references, strict=True):
+            _, quantity, expected, found, *_ = comparison.cells()
+            print(f"| {case.stem} | {quantity} | {reference} | {expected} | {found} |")
 
 
 def print_paper() -> None:
@@ -278,6 +293,7 @@ def print_run() -> None:
 PARTS = {
     "run": print_run,
     "certified": print_certified,
+    "published": print_published,
     "paper": print_paper,
     "steps": print_steps,
     "increments": increments.print_table,

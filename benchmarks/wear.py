@@ -71,26 +71,28 @@ EDGE_SIZES = (3.3, 3.35, 3.4, 3.45, 3.5)
 SHIFTS: tuple[Shift, ...] = ((0.31, 0.17), (0.02, 0.12), (0.03, 0.22), (0.37, 0.26))
 """Other places of the grid's middle, in cells, drawn at random before any of them was tried. All are shown."""
 
+POINTS = 128
+"""Of a side, where one grid is shown."""
+
 
 def partial() -> None:
     """Print partial slip against rings."""
     columns = (
-        "held | T | V/V0, d/d0 or P/P0: rings | cells | V | V, shifted: mean, rms | d or P | d or P, shifted | jumps"
+        "held | T | V/V0, d/d0 or P/P0: rings | V | V, shifted: mean, rms | d or P | d or P, shifted | jumps"
     )
     print(f"| {columns} | c/a0 (0.5) |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for (held, time_), known in PARTIAL.items():
-        for points in (64, 128):
-            centred = solved(partial_slip(held, time_, points))
-            shifted = [solved(partial_slip(held, time_, points, shift=shift)) for shift in SHIFTS]
-            errors = np.array([_errors(one, held, *known) for one in (centred, *shifted)]).T
-            volume, other = (f"{one[0]:+.2%} | {_mean_and_rms(one[1:])}" for one in errors)
-            stick = centred.last.summary.stick_radius / A0
-            print(
-                f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {points} x {points} | {volume} | {other}"
-                f" | {centred.jumps} | {stick:.4f} |",
-                flush=True,
-            )
+        centred = solved(partial_slip(held, time_, POINTS))
+        shifted = [solved(partial_slip(held, time_, POINTS, shift=shift)) for shift in SHIFTS]
+        errors = np.array([_errors(one, held, *known) for one in (centred, *shifted)]).T
+        volume, other = (f"{one[0]:+.2%} | {_mean_and_rms(one[1:])}" for one in errors)
+        stick = centred.last.summary.stick_radius / A0
+        print(
+            f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {volume} | {other}"
+            f" | {centred.jumps} | {stick:.4f} |",
+            flush=True,
+        )
 
 
 def _errors(one: Worn, held: str, volume: float, other: float) -> tuple[float, float]:
@@ -199,26 +201,25 @@ def _limit_errors(exact: WornLimit, points: int, size: float, folder: Path) -> l
 
 def reached() -> None:
     """Print the errors of the worn limits of partial slip, reached by wear."""
-    print("| held | c/a0 | limit: V/V0, d/d0 or P/P0 | cells | V: mean, rms | V, shifted | d or P | d or P, shifted |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
+    print("| held | c/a0 | limit: V/V0, d/d0 or P/P0 | V: mean, rms | V, shifted | d or P | d or P, shifted |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
     for held in ("P", "d"):
         for c in LIMIT_STICK:
             exact = _limit_reached(held, c)
             volume, other = exact.volume / V0, exact.delta_z / D0 if held == "P" else exact.load / P0
-            for points in (64, 128):
-                cells = f"| {held} | {c:.4g} | {volume:.5f}, {other:.5f} | {points} x {points}"
-                errors = []
-                for shifts in ([CENTRED] * len(LIMIT_WIDTHS), itertools.cycle(SHIFTS)):
-                    places = [
-                        (width * exact.scar_radius, shift) for width, shift in zip(LIMIT_WIDTHS, shifts, strict=False)
-                    ]
-                    cases = (
-                        slipping_outside(c, held, LIMIT_TIME, points, size, LIMIT_JUMPS, shift)
-                        for size, shift in places
-                    )
-                    errors.append([_errors(solved(case), held, volume, other) for case in cases])
-                texts = [_mean_and_rms(one) for each in np.array(errors).T.swapaxes(1, 2) for one in each]
-                print(f"{cells} | {' | '.join(texts)} |", flush=True)
+            begin = f"| {held} | {c:.4g} | {volume:.5f}, {other:.5f}"
+            errors = []
+            for shifts in ([CENTRED] * len(LIMIT_WIDTHS), itertools.cycle(SHIFTS)):
+                places = [
+                    (width * exact.scar_radius, shift) for width, shift in zip(LIMIT_WIDTHS, shifts, strict=False)
+                ]
+                cases = (
+                    slipping_outside(c, held, LIMIT_TIME, POINTS, size, LIMIT_JUMPS, shift)
+                    for size, shift in places
+                )
+                errors.append([_errors(solved(case), held, volume, other) for case in cases])
+            texts = [_mean_and_rms(one) for each in np.array(errors).T.swapaxes(1, 2) for one in each]
+            print(f"{begin} | {' | '.join(texts)} |", flush=True)
 
 
 def stick_edge() -> None:

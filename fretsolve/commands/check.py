@@ -12,6 +12,7 @@ from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import DISPLACEMENTS
 from fretsolve.case.keys.expectation import Expectation
 from fretsolve.case.loading import read_case
+from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import Summary
@@ -20,7 +21,7 @@ from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
-from fretsolve.system.files import require_ending, writing
+from fretsolve.system.files import reported, require_ending, writing
 from fretsolve.system.foreign_files import require_own
 from fretsolve.system.progress import print_warnings
 
@@ -86,26 +87,54 @@ class CheckedCase:
 
 
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
-    """Check and print each case, and return the worst exit code.
+    """Check and print each case, those of a folder too, and return the worst exit code.
 
-    Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist.
+    Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist, and for a folder without
+    cases or that cannot be read.
     """
     if junit is not None:
         require_ending(junit, "a JUnit file", ".xml")
         require_own(junit, JUNIT_MARK, "a report of tests")
         if not junit.parent.is_dir():
             raise FileError(f"cannot be written: there is no folder {junit.parent}", junit)
+    found = [cases_at(path) for path in cases]
+    skipped = [other for _, others in found for other in others]
     outcomes = []
-    for path in cases:
+    for path in (case for inside, _ in found for case in inside):
         outcome = check_case(path, overrides)
         _report(outcome)
         outcomes.append(outcome)
     code = max((outcome.exit_code for outcome in outcomes), key=SEVERITY.index)
     passed = sum(outcome.exit_code == 0 for outcome in outcomes)
-    print(f"{passed} of {len(outcomes)} cases as expected", flush=True)
+    told = f"; skipped, as they are no cases: {', '.join(map(str, skipped))}" if skipped else ""
+    print(f"{passed} of {len(outcomes)} cases as expected{told}", flush=True)
     if junit is not None:
         write_junit(junit, outcomes)
     return code
+
+
+def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
+    """Return a case, or the cases of a folder and its other YAML files, such as sweeps, in the order of their names.
+
+    A YAML file is a case if it has one of the keys that a case needs, or cannot be read: its check says why. Raises
+    FileError if a folder has none, or cannot be read.
+    """
+    with reported("cannot be read", path):
+        if not path.is_dir():
+            return [path], []
+        files = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml") and file.is_file())
+    needed = [key for key, field in Case.model_fields.items() if field.is_required()]
+    cases: list[Path] = []
+    others: list[Path] = []
+    for file in files:
+        try:
+            data = read_case(file).data
+        except FretsolveError:
+            data = dict.fromkeys(needed)
+        (cases if isinstance(data, dict) and data.keys() & needed else others).append(file)
+    if not cases:
+        raise FileError(f"no YAML file in this folder is a case, with {', '.join(needed)}", path)
+    return cases, others
 
 
 def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:

@@ -1,4 +1,4 @@
-"""Every case in ``cases/`` gives what it expects, by way of ``fretsolve check``."""
+"""Every case in ``cases/``, and of published values in ``cases/external/``, is as expected by ``fretsolve check``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from pathlib import Path
 import pytest
 from command_line import invoke
 
-CASES = sorted((Path(__file__).parents[2] / "cases").glob("*.yaml"))
+from fretsolve.commands.check import cases_at
+
+FOLDER = Path(__file__).parents[2] / "cases"
+CASES = [case for folder in (FOLDER, FOLDER / "external") for case in cases_at(folder)[0]]
 
 
 def test_there_are_cases() -> None:

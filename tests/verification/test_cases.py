@@ -9,9 +9,12 @@ import pytest
 
 FOLDER = Path(__file__).parents[2] / "cases"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.yaml"))
+PUBLISHED = sorted(f"external/{path.stem}" for path in FOLDER.glob("external/*.yaml"))
+KINDS = ("closed form", "other program", "experiment", "regression")
+"""Of references, as the page on verification names them."""
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, *PUBLISHED])
 def test_every_increment_is_certified(shipped, name):
     solved = shipped(name)
     worst = max(step.worst_residual for step in solved.history)
@@ -30,3 +33,17 @@ def test_the_case_says_what_it_is(name):
     expected = [line for line in text.splitlines() if "{quantity:" in line]
     assert expected
     assert all("#" in line for line in expected), "each expected value says where it comes from"
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_a_published_value_has_its_source_and_the_kind_of_its_reference(name):
+    text = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
+    source = text.partition("# Source: ")[2].partition("title:")[0]
+    assert re.search(r"\((18|19|20)\d\d\)", source), "a source with its year"
+    assert "olerance" in source, "the reason of each tolerance"
+    page = (FOLDER.parent / "docs" / "verification.md").read_text(encoding="utf-8")
+    expected = re.findall(r"- \{quantity: (\w+), .*\} +# (.+)", text)
+    assert len(expected) == text.count("{quantity:") > 0
+    for quantity, reference in expected:
+        assert reference.startswith(tuple(f"{kind}: " for kind in KINDS))
+        assert f"| {Path(name).name} | {quantity} | {reference} |" in page

@@ -21,7 +21,8 @@ from fretsolve.case.schema import area_schema, case_schema
 from fretsolve.case.source import parse
 
 ROOT = Path(__file__).parents[3]
-CASES = [*ROOT.glob("cases/*.yaml"), *(Path(fretsolve.__file__).parent / "templates").glob("*.yaml")]
+FOLDERS = (ROOT / "cases", ROOT / "cases" / "external", Path(fretsolve.__file__).parent / "templates")
+CASES = [case for folder in FOLDERS for case in folder.glob("*.yaml")]
 
 
 @pytest.fixture(scope="module")

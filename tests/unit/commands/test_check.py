@@ -98,6 +98,37 @@ def test_worst_outcome_decides(codes: str, worst: int, various: dict[str, Path])
     assert invoke("check", *[various[code] for code in codes]).exit_code == worst
 
 
+def test_cases_of_a_folder_are_checked_in_order_and_other_files_named(various: dict[str, Path], tmp_path: Path) -> None:
+    folder, other = tmp_path / "folder", write_case(tmp_path, name="other.yaml")
+    folder.mkdir()
+    write_case(folder, name="b.yml")
+    write_case(folder, CASE.replace("9.066544 um", "9.3 um"), "a.yaml")
+    write_case(folder, CASE.replace("load_path", "load_paths"), "c.yaml")
+    write_case(folder, "case: b.yml\naxes: {friction: [0.1, 0.2]}\n", "sweep.yaml")
+    write_case(folder, "tension_limit: 300 MPa\n", "material.yaml")
+    write_case(folder, "no case", "notes.txt")
+    result = invoke("check", folder, other, various["4"])
+    assert result.exit_code == 4
+    checked = [*(folder / name for name in ("a.yaml", "b.yml", "c.yaml")), other, various["4"]]
+    assert [line for line in result.stdout.splitlines() if line.startswith(str(tmp_path))] == [*map(str, checked)]
+    skipped = f"{folder / 'material.yaml'}, {folder / 'sweep.yaml'}"
+    assert result.stdout.endswith(f"\n2 of 5 cases as expected; skipped, as they are no cases: {skipped}\n")
+    assert f"{folder / 'c.yaml'}:8: load_paths: " in result.stderr
+
+
+def test_broken_file_of_a_folder_is_no_file_to_skip(tmp_path: Path) -> None:
+    case = write_case(tmp_path, "bodies: [")
+    assert refused(2, "check", tmp_path).startswith(f"{case}:2: not valid YAML")
+
+
+@pytest.mark.parametrize("name", ["sweep.yaml", "case.txt", ""])
+def test_folder_without_cases_is_a_mistake(name: str, tmp_path: Path) -> None:
+    if name:
+        write_case(tmp_path, "case: case.yaml\naxes: {friction: [0.1]}\n", name)
+    told = f"{tmp_path}: no YAML file in this folder is a case, with bodies, surface, load_path\n"
+    assert refused(4, "check", tmp_path) == told
+
+
 def test_junit(various: dict[str, Path], tmp_path: Path) -> None:
     file = tmp_path / "report.xml"
     result = invoke("check", *various.values(), "--junit", file)
