@@ -193,7 +193,7 @@ overrides_option = repeatable_option(
     "--set",
     "overrides",
     "KEY=VALUE",
-    "Replace a value of the case, such as grid.points=64, stage.2.increments=20 or 'load_path.*.increments=20'.",
+    "Replace a value of the case, such as grid.points=64, stage.2.increments=20 or 'stage.*.increments=20'.",
 )
 result_argument = click.argument("out", type=click.Path(readable=False, path_type=Path))
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only errors and warnings.")

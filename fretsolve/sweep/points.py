@@ -60,14 +60,14 @@ def overrides_of(name: str, text: str, stages: Sequence[KeyPath]) -> list[str]:
     """Return a varied key and its value as `--set` takes them; stages: the keys of all stages."""
     if not name.startswith(EVERY_STAGE):
         return [f"{name}={text}"]
-    rest = name.removeprefix(EVERY_STAGE)
+    rest = name.split(".", 2)[2]
     return [f"{dotted(stage)}.{rest}={text}" for stage in dict.fromkeys(stages)]
 
 
 def problem_of(name: str) -> str:
     """Return what is wrong with the name of a varied key, empty if nothing is."""
-    if "*" in name and (not name.startswith(EVERY_STAGE) or name.count("*") > 1 or name == EVERY_STAGE):
-        return "* stands for every stage, as in load_path.*.increments=5,10,20, and for nothing else"
+    if "*" in name and (not name.startswith(EVERY_STAGE) or name.count("*") > 1 or name in EVERY_STAGE):
+        return "* stands for every stage, as in stage.*.increments=5,10,20, and for nothing else"
     if "=" in name or not all(name.split(".")):
         return f"{shown(name)} is not a key of a case; one such as grid.points is needed"
     return ""

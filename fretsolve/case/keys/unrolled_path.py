@@ -199,9 +199,30 @@ def stage_key(load_path: Any, number: str | int) -> KeyPath:
     """Return where stage `number` (from 1, cycles unrolled) stands in a load path as written. Raises LookupError."""
     count = stage_count(load_path)
     if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
-        every = ", and load_path.* stands for all entries" if number == "*" else ""
-        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}{every}")
+        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
     return next(islice(_walk(load_path, ("load_path",)), number - 1, None)).key
+
+
+def typed_key(load_path: Any, key: KeyPath) -> KeyPath:
+    """Return a key as it is typed: what stands in a stage by the number of its first run, as ``("stage", 3, "Qx")``.
+
+    load_path: as written, in which `stage_key` is the way back. What belongs to no stage, as the number of repetitions
+    of a cycle, keeps its key.
+    """
+    number, steps, rest = 1, load_path, key[1:] if key[:1] == ("load_path",) else ()
+    reserve = _reserve(load_path)
+    while rest and isinstance(steps, list | tuple) and rest[0] in range(len(steps)):
+        index = rest[0]
+        number += _count(steps[:index], reserve)
+        cycle = _repeated(steps[index], reserve)
+        if number > LARGEST_STAGE_COUNT:
+            break
+        if cycle is None or (cycle.legs and rest[1:] in (("cycle", "increments"), ("cycle", "spacing"))):
+            return ("stage", number, *rest[1 if cycle is None else 2 :])
+        if cycle.legs or rest[1:3] != ("cycle", "stages"):
+            break
+        steps, rest = cycle.stages, rest[3:]
+    return key
 
 
 def stage_keys(load_path: Any) -> tuple[KeyPath, ...]:
@@ -258,7 +279,7 @@ def _repeated(step: Any, reserve: int = MOST_SOLVED_CYCLES) -> _Repeated | None:
     given = cycle.get("at_most", MOST_CYCLES) if "until" in cycle else cycle.get("times")
     if wears := "represents" in cycle:
         given = _solved_cycles(cycle["represents"], cycle.get("jump", "auto"), reserve)
-    times = given if isinstance(given, int) else 1
+    times = given if isinstance(given, int) and given > 0 else 1
     stages = cycle.get("stages")
     if "amplitude" in cycle:
         return _Repeated((), times, None, (cycle, cycle, cycle), wears)

@@ -43,7 +43,7 @@ BAD = {
     "grid: {points: 16}": ("grid: {pints: 16}", ":6: grid.pints: unknown key 'pints'; did you mean 'points'?"),
     "friction: 0.1": ("friction: lots", ":7: friction: 'lots' has no number; a number such as '0.1' is needed"),
     "title: tiny": ("title: tiny\n\tgrid: 3", ":2: not valid YAML"),
-    "  - {P: 400 N, increments: 1}": ("  - {P: 5 N mm}", ":9: load_path.0.P: '5 N mm' is a moment; a force such as"),
+    "  - {P: 400 N, increments: 1}": ("  - {P: 5 N mm}", ":9: stage.1.P: '5 N mm' is a moment; a force such as"),
 }
 
 

@@ -78,7 +78,7 @@ def test_stages_before_a_failure_are_compared(tmp_path: Path) -> None:
     rows = [line for line in result.stdout.splitlines() if line.startswith("  ")][1:]
     assert ["not reached" in row for row in rows] == [True, False]
     assert [row.split()[-1] for row in rows] == ["NO", "yes"]
-    assert f"{case}:10: load_path.1.Qx: gross slip" in result.stderr
+    assert f"{case}:10: stage.2.Qx: gross slip" in result.stderr
 
 
 @pytest.fixture()

@@ -34,11 +34,11 @@ WARNINGS = {
     (f"surface={{cylinder: {{{LONG}, axis: y}}}}", "grid={points: [60, 512], size: [0.5 mm, 9 mm]}"): "only 18.2 cells",
     ("grid={points: 64, size: 1.9281 mm}",): "grid.points: only 19.9 cells across the contact; 20 or more",
     ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
-    ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
+    ("load_path.1.Qx=40 N",): "stage.2.Qx: 40 N is not below the 40 N (mu P) that friction carries",
     ("friction=0",): "20 N is not below the 0 N (friction is 0) that friction carries",
-    ("load_path.1={Qx: 30 N, Qy: -31 N}",): "load_path.1.Qy: 43.1393 N is not below the 40 N (mu P)",
-    ("load_path.1={Mz: 7.1 N mm}",): "load_path.1.Mz: 7.1 N mm is not below the 7.09467 N mm (3 pi mu P a/16)",
-    ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "load_path.2: 30 N is not below the 20 N",
+    ("load_path.1={Qx: 30 N, Qy: -31 N}",): "stage.2.Qy: 43.1393 N is not below the 40 N (mu P)",
+    ("load_path.1={Mz: 7.1 N mm}",): "stage.2.Mz: 7.1 N mm is not below the 7.09467 N mm (3 pi mu P a/16)",
+    ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "stage.3: 30 N is not below the 20 N",
     ("load_path.0={delta_z: 9 um}", "load_path.1.Qx=40 N"): "is not below the 39.5604 N (mu P)",
     ("load_path.0.P=400 kN", "grid.size=18 mm"): "load_path: the contact is large against the radius (a/R = 0.3, p0/",
     ("bodies.0.young_modulus=200 MPa", "grid.size=8 mm"): "are all units right?",
@@ -53,7 +53,7 @@ WARNINGS = {
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
     ("solver={accuracy: 1 %}", "grid.points=48"): "grid.points: 48 x 48 are fewer than the 90 x 90 that accuracy 1 %",
     (UNLIKE, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
-        "load_path.0.increments: 30 are fewer than the 35 that accuracy 1 % picks; leave them out to meet it"
+        "stage.1.increments: 30 are fewer than the 35 that accuracy 1 % picks; leave them out to meet it"
     ),
     ("solver={accuracy: 1 %, precision: single}", "grid.points=96"): (
         "solver.precision: single has too few digits for accuracy 1 % in many cases; take double, or an accuracy of 2 %"

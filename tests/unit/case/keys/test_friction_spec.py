@@ -85,4 +85,4 @@ def test_a_stage_changes_one_coefficient_alone(tmp_path):
     text = CASE.replace(PLACE, "friction: {expression: '0.1'}").replace("{Qx: 20 N, increments: 4}", "{friction: 0.05}")
     error = case_error(write_case(tmp_path, text))
     assert error.message == "a stage can change friction only where it is one coefficient; remove it here"
-    assert error.key == ("load_path", 1)
+    assert error.key == ("stage", 2)
