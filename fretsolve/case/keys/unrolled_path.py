@@ -25,6 +25,9 @@ LEAST_RESERVE, RESERVE = 100, 4_000
 """Where a path has many such cycles, or repeats them in blocks: the solved cycles that there may be in each at least,
 and in all together."""
 
+MANY_CYCLES = "each cycle is solved, but with wear a few can stand for many: represents in place of times"
+"""Advice on a cycle that is repeated very often."""
+
 INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
 """The components imposed until a stage names one of the same pair."""
 
@@ -311,9 +314,11 @@ def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage
         given = max(
             (one.represents / one.jump for one in jumps if one is not None and one.jump is not None), default=0.0
         )
-        advice = (
-            "" if given < MOST_SOLVED_CYCLES else f"; {given:.3g} jumps are too many, give a larger jump, or jump: auto"
-        )
+        advice = ""
+        if given >= MOST_SOLVED_CYCLES:
+            advice = f"; {given:.3g} jumps are too many, give a larger jump, or jump: auto"
+        elif any(isinstance(step, CycleSpec) and (step.cycle.times or 0) > MOST_SOLVED_CYCLES for step in load_path):
+            advice = f"; {MANY_CYCLES}"
         raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible{advice}")
     first = next(_walk(load_path, ()))
     if not {"P", "delta_z"} & dict(_stage(1, first).targets).keys():
