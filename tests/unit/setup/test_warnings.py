@@ -82,6 +82,41 @@ def test_shipped_cases_get_no_warning(case: Path) -> None:
     assert case_warnings(setup) == list(setup.model.warnings)
 
 
+WORN = FINE.replace("20 N}", "20 N}\n  - cycle: {represents: 100, stages: [{Qx: -20 N}, {Qx: 20 N}]}") + "wear: WEAR\n"
+BODIES = "bodies=[{young_modulus: E, poisson_ratio: 0.3}, rigid]"
+CYLINDER = "surface=[{cylinder: {radius: 10 mm, crown_radius: 20 mm, axis: AXIS}}]"
+
+
+@pytest.mark.parametrize(
+    ("sets", "wear", "says"),
+    [
+        (BODIES.replace("E", "210"), None, "bodies.0.young_modulus: 210 without a unit is 210 MPa; is GPa meant?"),
+        (BODIES.replace("E", "'210'"), None, "bodies.0.young_modulus: 210 without a unit is 210 MPa; is GPa meant?"),
+        (BODIES.replace("E", "210e3"), None, None),
+        (BODIES.replace("E", "210 MPa"), None, None),
+        (CYLINDER.replace("AXIS", "30"), None, "axis: 30 without a unit is 30 rad, 1719 deg; is '30 deg' meant?"),
+        (CYLINDER.replace("AXIS", "30 deg"), None, None),
+        (CYLINDER.replace("AXIS", "0.5"), None, None),
+        (CYLINDER.replace("AXIS", "x"), None, None),
+        ("load_path.1={phi_z: 10}", None, "stage.2.phi_z: 10 without a unit is 10 rad, 573 deg; is '10 deg' meant?"),
+        (
+            "title=worn",
+            "{law: energy, alpha: 1e-4}",
+            "wear.alpha: 0.0001 without a unit is 0.0001 mm^3/(N mm), 0.1 mm^3/J; write which unit is meant",
+        ),
+        ("title=worn", "{law: archard, k: 1e-8}", "wear.k: 1e-08 without a unit is 1e-08 mm^3/(N mm), 1e-05 mm^3/J;"),
+        ("title=worn", "{law: archard, k: 1e-8 mm^3/(N mm)}", None),
+    ],
+)
+def test_a_bare_number_that_is_most_likely_in_another_unit(
+    tmp_path: Path, sets: str, wear: str | None, says: str | None
+) -> None:
+    text = FINE if wear is None else WORN.replace("WEAR", wear)
+    found = [one for one in case_warnings(setup_of(tmp_path, sets, "expect=[]", text=text)) if "without a unit" in one]
+    assert len(found) == (says is not None)
+    assert says is None or says in found[0]
+
+
 WITHOUT_FRICTION = FINE.replace("friction: 0.1\n", "")
 
 
