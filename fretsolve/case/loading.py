@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from fretsolve.case.keys.unrolled_path import stage_key, stage_keys
 from fretsolve.case.models import Case
-from fretsolve.case.problems import CaseErrors, nearest_key, translated
+from fretsolve.case.problems import CaseErrors, nearest_key, together, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, Place, parse, read_text
@@ -155,7 +155,7 @@ def case_from_dict(data: Mapping[str, Any], folder: str | Path = ".") -> Case:
     except CaseError as error:
         problems = error.problems if isinstance(error, CaseErrors) else (error,)
         found = [CaseError(one.message, one.key) for one in problems]
-        raise (found[0] if len(found) == 1 else CaseErrors(found)) from None
+        raise together(found) from None
     return case
 
 
@@ -272,7 +272,7 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
     if read is None or problems:
         in_order = sorted(problems, key=lambda problem: problem.line or 0)
         once = list({str(problem): problem for problem in in_order}.values())
-        raise once[0] if len(once) == 1 else CaseErrors(once)
+        raise together(once)
     return read
 
 

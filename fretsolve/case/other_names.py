@@ -1,8 +1,9 @@
-"""Names that are no keys but are typed as such: symbols and other programs' words, and what is not modelled."""
+"""Names that are typed but are none: misspelt ones, symbols and other programs' words, and what is not modelled."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+import difflib
+from collections.abc import Collection, Iterable, Iterator
 
 MEANT = (
     ("young_modulus", "Young's modulus", "E elastic_modulus modulus"),
@@ -44,8 +45,8 @@ UNKNOWN_TO_THE_MODEL = {
         "the contact is dry; a lubricant is modelled by its coefficient of friction alone"
     ),
     "adhesion surface_energy work_of_adhesion": (
-        "adhesion is not modelled. It is felt where 3/2 pi w R, the pull-off force of a sphere (w: work of adhesion), is"
-        " not small against P"
+        "adhesion is not modelled. It is felt where 3/2 pi w R, the pull-off force of a sphere (w: work of adhesion),"
+        " is not small against P"
     ),
     "temperature thermal heat thermal_expansion conductivity": "heat and thermal expansion are not modelled",
     "velocity speed frequency time period density mass damping": (
@@ -55,6 +56,18 @@ UNKNOWN_TO_THE_MODEL = {
     "debris third_body": "debris is not modelled: wear removes what it wears",
 }
 """Names of what no key gives, and why, with the place from which it matters."""
+
+
+def nearest(name: str, allowed: Collection[str]) -> str:
+    """Return a hint for a name that is not among the `allowed`: the likely one, or all of them."""
+    meant = close_name(name, allowed)
+    return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
+
+
+def close_name(name: str, allowed: Iterable[str]) -> str | None:
+    """Return the name among the `allowed` that `name` nearly spells, in any case; None if there is none."""
+    by_lower = {candidate.lower(): candidate for candidate in allowed}
+    return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
 
 
 def meant_by(name: str) -> Iterator[tuple[str, str]]:

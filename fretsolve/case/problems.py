@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fretsolve.case.keys.unrolled_path import MANY_CYCLES, MOST_SOLVED_CYCLES, typed_key
-from fretsolve.case.other_names import key_meant, meant_by, not_modelled
+from fretsolve.case.other_names import close_name, key_meant, meant_by, nearest, not_modelled
 from fretsolve.case.quantities import UNIT_NOTE, shown
 from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, KeyPath, dotted
@@ -35,10 +34,9 @@ class CaseErrors(CaseError):  # noqa: N818 - a plural
         return "\n".join(str(problem) for problem in self.problems)
 
 
-def nearest(name: str, allowed: Collection[str]) -> str:
-    """Return a hint for a name that is not among the `allowed`: the likely one, or all of them."""
-    meant = _close(name, allowed)
-    return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
+def together(problems: Sequence[CaseError]) -> CaseError:
+    """Return one error for one or several problems."""
+    return problems[0] if len(problems) == 1 else CaseErrors(problems)
 
 
 def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], *, outermost: bool = True) -> str:
@@ -51,7 +49,7 @@ def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], 
     for key, noun in sorted(names, key=lambda one: one[0] not in allowed):
         if (place := repr(key) if key in allowed else _place(key, schema)) is not None:
             return f"{noun} is {place}"
-    if _close(name, allowed) is None:
+    if close_name(name, allowed) is None:
         if (reason := not_modelled(name)) is not None:
             return reason
         if outermost and (place := _place(name, schema)) is not None:
@@ -71,11 +69,6 @@ def _place(name: str, schema: Mapping[str, Any]) -> str | None:
             lists = any("items" in node or "prefixItems" in node for node in reader.nodes(place))
             places += [(*place, key) for key in keys] + ([(*place, 0)] if lists else [])
     return None
-
-
-def _close(name: str, allowed: Iterable[str]) -> str | None:
-    by_lower = {candidate.lower(): candidate for candidate in allowed}
-    return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
 
 
 def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource) -> list[CaseError]:
@@ -164,7 +157,7 @@ class _Reader:
     def meant(self, key: KeyPath) -> str | None:
         """Return the key that an unknown one most likely stands for, of those that may stand beside it."""
         name, allowed = str(key[-1]), self.keys(key[:-1])
-        return key_meant(name, allowed) or _close(name, allowed)
+        return key_meant(name, allowed) or close_name(name, allowed)
 
     def keys(self, key: KeyPath) -> list[str]:
         """Return the keys that the mapping at `key` may have."""

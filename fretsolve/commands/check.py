@@ -113,7 +113,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     expectations: Sequence[Expectation] = ()
     loads: LoadPath | None = None
     summaries: list[Summary] = []
-    failure, warnings = None, ()
+    failure, warnings = None, tuple[str, ...]()
     try:
         case = read_case(path, pipe=True).case(overrides)
         if not case.expect:

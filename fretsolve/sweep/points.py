@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fretsolve.case.loading import EVERY_STAGE
-from fretsolve.case.problems import CaseErrors
+from fretsolve.case.problems import CaseErrors, together
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
@@ -79,7 +79,7 @@ def all_of(found: Iterable[CaseError]) -> CaseError:
     if len(problems) > MOST_SHOWN:
         more = CaseError(f"and {len(problems) - MOST_SHOWN} more problems", (), problems[-1].file)
         problems = [*problems[:MOST_SHOWN], more]
-    return problems[0] if len(problems) == 1 else CaseErrors(problems)
+    return together(problems)
 
 
 def common_values(spec: SweepSpec, source: CaseSource) -> Point:

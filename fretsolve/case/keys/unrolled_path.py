@@ -214,8 +214,10 @@ def typed_key(load_path: Any, key: KeyPath) -> KeyPath:
     """
     number, steps, rest = 1, load_path, key[1:] if key[:1] == ("load_path",) else ()
     reserve = _reserve(load_path)
-    while rest and isinstance(steps, list | tuple) and rest[0] in range(len(steps)):
+    while rest and isinstance(steps, list | tuple):
         index = rest[0]
+        if not isinstance(index, int) or index >= len(steps):
+            break
         number += _count(steps[:index], reserve)
         cycle = _repeated(steps[index], reserve)
         if number > LARGEST_STAGE_COUNT:

@@ -17,7 +17,12 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.reference.tangential import cattaneo_mindlin, cattaneo_mindlin_moved, gross_slip_torque, spence_stick_ratio
+from fretsolve.reference.tangential import (
+    cattaneo_mindlin,
+    cattaneo_mindlin_moved,
+    gross_slip_torque,
+    spence_stick_ratio,
+)
 from fretsolve.setup.closed_forms.normal_forms import Load, NormalForms, is_tilted
 
 if TYPE_CHECKING:

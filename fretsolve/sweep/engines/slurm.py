@@ -126,7 +126,9 @@ def _slurm(line: Sequence[str]) -> str:
     try:
         done = subprocess.run(line, capture_output=True, text=True, check=False)
     except OSError as error:
-        raise CaseError(f"{line[0]} cannot be called ({error.strerror}); Slurm's commands are needed here, or --dry-run") from None
+        raise CaseError(
+            f"{line[0]} cannot be called ({error.strerror}); Slurm's commands are needed here, or --dry-run"
+        ) from None
     if done.returncode:
         raise CaseError(f"{line[0]}: {' '.join(done.stderr.split()) or f'exit code {done.returncode}'}")
     return done.stdout

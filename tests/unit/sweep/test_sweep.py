@@ -316,7 +316,10 @@ def test_the_script_is_written_without_slurm(tmp_path: Path, monkeypatch: pytest
     assert (done.exit_code, done.stdout, done.stderr) == (0, f"not submitted: sbatch --array=0-2 {script}\n", "")
     assert f"sweep work {script.parent.parent} --cases" in script.read_text()
     told = refused(2, "sweep", "run", path, "--on", "slurm", "-q")
-    assert told == "scontrol cannot be called (No such file or directory); Slurm's commands are needed here, or --dry-run\n"
+    assert (
+        told
+        == "scontrol cannot be called (No such file or directory); Slurm's commands are needed here, or --dry-run\n"
+    )
     assert "--dry-run goes with --on slurm" in refused(2, "sweep", "run", path, "--dry-run")
 
 
