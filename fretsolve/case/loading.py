@@ -180,11 +180,9 @@ def case_model(data: Any) -> type[Case]:
 def stored_case(effective_case: Any) -> Case | None:
     """Return the case that an effective case says, None if this version does not understand it."""
     try:
-        case = case_model(effective_case).model_validate(effective_case)
+        return case_model(effective_case).model_validate(effective_case)
     except ValidationError:
         return None
-    case._source = CaseSource(Path(), "", Place(1), data=effective_case)
-    return case
 
 
 def _present_keys(key: KeyPath, data: dict[str, Any]) -> Sequence[KeyPath]:

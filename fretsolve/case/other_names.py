@@ -8,7 +8,8 @@ from collections.abc import Collection, Iterable, Iterator
 MEANT = (
     ("young_modulus", "Young's modulus", "E elastic_modulus modulus"),
     ("poisson_ratio", "Poisson's ratio", "nu v poisson"),
-    ("yield_stress", "the yield stress, which is for a warning alone,", "yield yield_strength sigma_y Sy Re Rp02"),
+    ("yield_stress", "the yield stress, which is for a warning alone,", "yield sigma_y Sy Re Rp02"),
+    ("yield_strength", "the yield strength", "yield sigma_y Sy Re Rp02"),
     ("friction", "the coefficient of friction", "mu COF f friction_coefficient coefficient_of_friction"),
     ("coefficient", "the coefficient of friction", "mu COF f"),
     ("radius", "the radius", "R r"),
@@ -31,7 +32,7 @@ UNKNOWN_TO_THE_MODEL = {
     "G shear_modulus": "young_modulus is 2 G (1 + poisson_ratio)",
     "thickness height depth width length specimen": (
         "bodies are half-spaces, without a thickness or sides. A rigid base 10 contact radii below a sphere lessens the"
-        " approach by 5 to 8 % and the contact radius by less than 0.1 %; one 2 radii below, the radius by 1 to 4 %"
+        " approach by 5 to 8 % and raises the largest pressure by less than 0.1 %; one 3 radii below, by 1 to 2 %"
     ),
     "coating coatings layer layers film": (
         "bodies are uniform, and coatings are not modelled. One of thickness t and Young's modulus E is compressed by"
@@ -49,8 +50,8 @@ UNKNOWN_TO_THE_MODEL = {
         " is not small against P"
     ),
     "temperature thermal heat thermal_expansion conductivity": "heat and thermal expansion are not modelled",
-    "velocity speed frequency time period density mass damping": (
-        "the solution is quasi-static: time and inertia are not modelled; the load path is a list of stages"
+    "velocity speed slip_rate frequency time period density mass damping": (
+        "the solution is quasi-static, without velocity, time or inertia; the load path is a list of stages"
     ),
     "creep viscoelastic viscoelasticity relaxation": "bodies are elastic: creep and relaxation are not modelled",
     "debris third_body": "debris is not modelled: wear removes what it wears",

@@ -45,11 +45,10 @@ def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], 
 
     outermost: whether it is a key of the outermost mapping of the file.
     """
-    names = list(meant_by(name))
-    for key, noun in sorted(names, key=lambda one: one[0] not in allowed):
-        if (place := repr(key) if key in allowed else _place(key, schema)) is not None:
-            return f"{noun} is {place}"
     if close_name(name, allowed) is None:
+        for key, noun in sorted(meant_by(name), key=lambda one: one[0] not in allowed):
+            if (place := repr(key) if key in allowed else _place(key, schema)) is not None:
+                return f"{noun} is {place}"
         if (reason := not_modelled(name)) is not None:
             return reason
         if outermost and (place := _place(name, schema)) is not None:
@@ -157,7 +156,7 @@ class _Reader:
     def meant(self, key: KeyPath) -> str | None:
         """Return the key that an unknown one most likely stands for, of those that may stand beside it."""
         name, allowed = str(key[-1]), self.keys(key[:-1])
-        return key_meant(name, allowed) or close_name(name, allowed)
+        return close_name(name, allowed) or key_meant(name, allowed)
 
     def keys(self, key: KeyPath) -> list[str]:
         """Return the keys that the mapping at `key` may have."""

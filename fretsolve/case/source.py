@@ -82,7 +82,7 @@ class Override:
 class CaseSource:
     """The origin of a case: the file, its text as written, and where each key stands in it.
 
-    data: the plain values, overrides included; None where the file holds anything but a case.
+    data: the plain values, overrides included, or None.
     """
 
     path: Path
