@@ -35,8 +35,8 @@ UNKNOWN_TO_THE_MODEL = {
         " approach by 5 to 8 % and raises the largest pressure by less than 0.1 %; one 3 radii below, by 1 to 2 %"
     ),
     "coating coatings layer layers film": (
-        "bodies are uniform, and coatings are not modelled. One of thickness t and Young's modulus E is compressed by at"
-        " most p t/E, which has to be small against delta_z"
+        "bodies are uniform, and coatings are not modelled. One of thickness t and Young's modulus E is compressed by"
+        " at most p t/E, which has to be small against delta_z"
     ),
     "plasticity plastic hardening hardening_modulus": (
         "bodies are elastic, and plastic flow is not modelled. yield_stress warns where it begins: under a sphere at a"
