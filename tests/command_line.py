@@ -37,12 +37,18 @@ def result_of(case: Path, *words: object) -> Path:
 def refused(code: int, *words: object) -> str:
     """Return the message of ``fretsolve WORDS...``, which ends with exit code `code` and one line.
 
-    Only `check`, which goes on with other cases, prints something else.
+    `check`, which goes on with other cases, prints it below the name of the case.
     """
     result = invoke(*words)
-    assert (result.exit_code, result.stderr.count("\n")) == (code, 1), result.output
-    assert result.stdout == "" or words[0] == "check"
-    return result.stderr
+    said = result.stderr
+    if words[0] == "check" and not said:
+        name, said, _ = result.stdout.splitlines(keepends=True)
+        assert (name, said[:2]) == (f"{words[1]}\n", "  ")
+        said = said[2:]
+    else:
+        assert result.stdout == ""
+    assert (result.exit_code, said.count("\n")) == (code, 1), result.output
+    return said
 
 
 def start(*words: object, **options: Any) -> subprocess.Popen[str]:

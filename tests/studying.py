@@ -11,7 +11,7 @@ from fretsolve.study.plan import ReferenceKind, StudyPlan, StudyRequest, make_st
 
 EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"
 BRIEF = ("--quantity", "delta_x", "--quantity", "delta_x@2", "--quantity", "work_total")
-EVERY = "load_path.*.increments"
+EVERY = "stage.*.increments"
 
 
 def plan_of(

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from fretsolve.case.keys.unrolled_path import stage_key, stage_keys
 from fretsolve.case.models import Case
-from fretsolve.case.problems import CaseErrors, nearest_key, translated
+from fretsolve.case.problems import CaseErrors, nearest_key, together, translated
 from fretsolve.case.quantities import shown
 from fretsolve.case.schema import model_schema
 from fretsolve.case.source import CaseSource, Override, Place, parse, read_text
@@ -21,8 +21,8 @@ from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 
 File = TypeVar("File", bound=BaseModel)
 
-EVERY_STAGE = "load_path.*."
-"""Beginning of a key that stands for that of every stage, those of cycles included."""
+EVERY_STAGE = ("stage.*.", "load_path.*.")
+"""Beginnings of a key that stands for that of every stage, those of cycles included."""
 
 RENAMED: dict[KeyPath, str] = {("solver", "error_estimate"): "error_bars"}
 """Keys of earlier versions, which are still read, and their present names."""
@@ -117,8 +117,8 @@ def read_case(path: str | Path, *, pipe: bool = False) -> CaseText:
         parsed = parse(text)
     except CaseError as error:
         raise CaseError(error.message, (), path, error.line) from None
-    source = CaseSource(path, text, parsed.place)
-    problems = [CaseError(flaw.message, flaw.key, path, flaw.line) for flaw in parsed.flaws]
+    source = CaseSource(path, text, parsed.place, data=parsed.value)
+    problems = [CaseError(flaw.message, source.typed(flaw.key), path, flaw.line) for flaw in parsed.flaws]
     for (part, old), new in RENAMED.items():
         inner = parsed.value.get(part) if isinstance(parsed.value, dict) else None
         if isinstance(inner, dict) and {old, new} <= inner.keys():
@@ -133,7 +133,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     """Read and validate a case file.
 
     overrides: ``KEY=VALUE`` texts, the key dotted and the value YAML, applied in order before validation;
-    ``load_path.*.increments`` is that of every stage.
+    ``stage.*.increments`` is that of every stage.
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
     line each), `FileError` if the file cannot be read.
     """
@@ -149,13 +149,13 @@ def case_from_dict(data: Mapping[str, Any], folder: str | Path = ".") -> Case:
     """
     plain = json.loads(json.dumps(data, default=_plain))
     text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)
-    source = CaseSource(Path(folder) / "case.yaml", text, Place(1))
+    source = CaseSource(Path(folder) / "case.yaml", text, Place(1), data=plain)
     try:
         case = CaseText(plain, source).case()
     except CaseError as error:
         problems = error.problems if isinstance(error, CaseErrors) else (error,)
         found = [CaseError(one.message, one.key) for one in problems]
-        raise (found[0] if len(found) == 1 else CaseErrors(found)) from None
+        raise together(found) from None
     return case
 
 
@@ -186,11 +186,11 @@ def stored_case(effective_case: Any) -> Case | None:
 
 
 def _present_keys(key: KeyPath, data: dict[str, Any]) -> Sequence[KeyPath]:
-    """Return the keys that an override means: one, or with ``load_path.*`` one for each stage. Raises `LookupError`."""
-    if key[:2] != ("load_path", "*"):
+    """Return the keys that an override means: one, or with ``stage.*`` one for each stage. Raises `LookupError`."""
+    if key[:2] not in (("stage", "*"), ("load_path", "*")):
         return [_present_key(key, data)]
     if len(key) < 3 or "*" in key[2:]:
-        raise LookupError("* stands for every stage, as in load_path.*.increments=20, and for nothing else")
+        raise LookupError("* stands for every stage, as in stage.*.increments=20, and for nothing else")
     return [(*stage, *key[2:]) for stage in stage_keys(data.get("load_path"))]
 
 
@@ -235,6 +235,7 @@ def _overridden(data: Any, source: CaseSource, text: str, given: str) -> tuple[A
             raise CaseErrors([source.problem(flaw.message, (*key, *flaw.key)) for flaw in parsed.flaws])
         try:
             data = replaced(_without_constants(data, key, source), key, parsed.value)
+            source = replace(source, data=data)
         except LookupError as error:
             known = (*Case.model_fields, "stage")
             unknown = f"unknown key {shown(key[0])}; {nearest_key(str(key[0]), known, model_schema(Case))}"
@@ -269,7 +270,7 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
     if read is None or problems:
         in_order = sorted(problems, key=lambda problem: problem.line or 0)
         once = list({str(problem): problem for problem in in_order}.values())
-        raise once[0] if len(once) == 1 else CaseErrors(once)
+        raise together(once)
     return read
 
 

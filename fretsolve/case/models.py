@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self, get_args
 
@@ -128,7 +129,8 @@ class Case(CaseModel):
     @property
     def source(self) -> CaseSource:
         """The file that the case was read from. Comparisons leave it out."""
-        return self._source
+        source = self._source
+        return source if source.data is not None else replace(source, data={"load_path": self.load_path})
 
     def stages(self) -> tuple[Stage, ...]:
         """Return the load path with its cycles unrolled."""

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections import deque
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
+from fretsolve.case.keys.unrolled_path import MANY_CYCLES, MOST_SOLVED_CYCLES, typed_key
+from fretsolve.case.other_names import close_name, key_meant, meant_by, nearest, not_modelled
 from fretsolve.case.quantities import UNIT_NOTE, shown
 from fretsolve.case.source import CaseSource
-from fretsolve.errors import CaseError, KeyPath
+from fretsolve.errors import CaseError, KeyPath, dotted
+
+_DEEPEST = 3
+"""Parts of the places at which a key is looked for."""
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a plural
@@ -29,26 +34,40 @@ class CaseErrors(CaseError):  # noqa: N818 - a plural
         return "\n".join(str(problem) for problem in self.problems)
 
 
-def nearest(name: str, allowed: Collection[str]) -> str:
-    """Return a hint for a name that is not among the `allowed`: the likely one, or all of them."""
-    meant = _meant(name, allowed)
-    return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
+def together(problems: Sequence[CaseError]) -> CaseError:
+    """Return one error for one or several problems."""
+    return problems[0] if len(problems) == 1 else CaseErrors(problems)
 
 
-def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any]) -> str:
-    """Return a hint for an unknown key of the outermost mapping of `schema`, also where it stands further inside."""
-    if _meant(name, allowed) is None:
-        for part, node in schema.get("properties", {}).items():
-            references = [one.get("$ref", "") for one in (node, *node.get("anyOf", ()))]
-            inside = [schema["$defs"][one.rpartition("/")[2]] for one in references if one]
-            if any(name in one.get("properties", {}) for one in inside):
-                return f"did you mean {part}.{name}?"
+def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], *, outermost: bool = True) -> str:
+    """Return a hint for an unknown key: the likely one, also where it stands elsewhere in `schema`, or why there is
+    none.
+
+    outermost: whether it is a key of the outermost mapping of the file.
+    """
+    if close_name(name, allowed) is None:
+        for key, noun in sorted(meant_by(name), key=lambda one: one[0] not in allowed):
+            if (place := repr(key) if key in allowed else _place(key, schema)) is not None:
+                return f"{noun} is {place}"
+        if (reason := not_modelled(name)) is not None:
+            return reason
+        if outermost and (place := _place(name, schema)) is not None:
+            return f"did you mean {place}?"
     return nearest(name, allowed)
 
 
-def _meant(name: str, allowed: Iterable[str]) -> str | None:
-    by_lower = {candidate.lower(): candidate for candidate in allowed}
-    return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
+def _place(name: str, schema: Mapping[str, Any]) -> str | None:
+    """Return where a key may stand in a case, as one types it: the place with the fewest parts."""
+    reader, places = _Reader(None, schema), deque[KeyPath]([()])
+    while places:
+        place = places.popleft()
+        keys = reader.keys(place)
+        if name in keys:
+            return dotted(typed_key([{"cycle": {}} if "cycle" in place else {}], (*place, name)))
+        if len(place) < _DEEPEST:
+            lists = any("items" in node or "prefixItems" in node for node in reader.nodes(place))
+            places += [(*place, key) for key in keys] + ([(*place, 0)] if lists else [])
+    return None
 
 
 def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource) -> list[CaseError]:
@@ -56,7 +75,9 @@ def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], sou
     reader = _Reader(data, schema)
     problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
     unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
-    misspelt = {(*key[:-1], _meant(str(key[-1]), reader.keys(key[:-1]))) for key in unknown}  # None: no key is near
+    # None where no key is near, and any may be meant
+    meant = {key: reader.meant(key) for key in unknown}
+    misspelt = {(*key[:-1], name) for key, name in meant.items() if name or not_modelled(str(key[-1])) is None}
     faulty = {key[:depth] for key, details in problems for depth in range(len(key) + (details["type"] != "too_short"))}
 
     def is_consequence(key: KeyPath, kind: str) -> bool:
@@ -100,7 +121,7 @@ class _Reader:
         if kind == "too_short" and limits["field_type"] == "Dictionary":
             return f"{value} has no keys; at least one is needed"
         if kind in ("too_short", "too_long") or (kind == "missing" and isinstance(details["loc"][-1], int)):
-            array = next(node for node in self._nodes(key) if node.get("type") == "array")
+            array = next(node for node in self.nodes(key) if node.get("type") == "array")
             length = f"{array['maxItems']} are" if "maxItems" in array else f"at least {array['minItems']} is"
             return f"{value} has the wrong number of entries; {length} needed"
         if kind == "missing":
@@ -109,7 +130,7 @@ class _Reader:
             name, allowed = str(key[-1]), self.keys(key[:-1])
             if name in allowed:  # of another alternative, as P beside cycle
                 return f"key {shown(name)} cannot stand beside the other keys here; remove it"
-            hint = nearest(name, allowed) if key[:-1] else nearest_key(name, allowed, self._schema)
+            hint = nearest_key(name, allowed, self._schema, outermost=not key[:-1])
             return f"unknown key {shown(name)}; {hint}"
         if kind == "literal_error":
             # pydantic's 'a', 'b' or 'c', or 1 or 2
@@ -119,6 +140,10 @@ class _Reader:
             return f"{value} is too small; a whole number >= {limits['ge']} is needed"
         if kind in ("model_type", "model_attributes_type", "dict_type"):
             return f"{value} is not a mapping; one with the keys {', '.join(self.keys(key))} is needed"
+        number = details["input"]
+        if kind in ("int_type", "int_from_float") and isinstance(number, float) and number.is_integer():
+            many = f"; {MANY_CYCLES}" if key[-1] == "times" and number > MOST_SOLVED_CYCLES else ""
+            return f"{value} is written as a decimal number; the whole number {number:.0f} is needed{many}"
         needed = {
             "int_type": "a whole number such as 10",
             "int_from_float": "a whole number such as 10",
@@ -128,16 +153,21 @@ class _Reader:
         }.get(kind)
         return f"{value} is not allowed; {needed} is needed" if needed else f"{value}: {details['msg']}"
 
+    def meant(self, key: KeyPath) -> str | None:
+        """Return the key that an unknown one most likely stands for, of those that may stand beside it."""
+        name, allowed = str(key[-1]), self.keys(key[:-1])
+        return close_name(name, allowed) or key_meant(name, allowed)
+
     def keys(self, key: KeyPath) -> list[str]:
         """Return the keys that the mapping at `key` may have."""
-        return list(dict.fromkeys(name for node in self._nodes(key) for name in node.get("properties", ())))
+        return list(dict.fromkeys(name for node in self.nodes(key) for name in node.get("properties", ())))
 
     def _description(self, key: KeyPath) -> str:
-        properties = [part.get("properties", {}).get(key[-1], {}) for part in self._nodes(key[:-1])]
+        properties = [part.get("properties", {}).get(key[-1], {}) for part in self.nodes(key[:-1])]
         texts = (part["description"] for part in properties if "description" in part)
         return next(texts, "this key").partition(UNIT_NOTE)[0]
 
-    def _nodes(self, key: KeyPath) -> list[Mapping[str, Any]]:
+    def nodes(self, key: KeyPath) -> list[Mapping[str, Any]]:
         """Return what the schema allows at `key`: alternatives side by side, references followed."""
         nodes = list(self._alternatives(self._schema))
         for part in key:

@@ -12,6 +12,7 @@ import operator
 import re
 import reprlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,7 +54,12 @@ pascal = newton / meter ** 2 = Pa
 joule = newton * meter = J
 micron = 1e-6 * meter
 inch = 0.0254 * meter = in
+foot = 12 * inch = ft
+mil = 0.001 * inch
+decanewton = 10 * newton = daN
+kilogram_force = 9.80665 * newton = kgf
 pound_force = 4.4482216152605 * newton = lbf
+kip = 1000 * pound_force
 psi = pound_force / inch ** 2
 ksi = 1000 * psi
 bar = 1e5 * pascal
@@ -156,8 +162,7 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
     try:
         given, unit = _parts(value)
         if given is None and not unit:
-            comma = isinstance(value, str) and re.search(r"\d,\d", value)
-            raise QuantityError(f"is not {dimension.wanted}{' (the decimal separator is a point)' if comma else ''}")
+            raise QuantityError(f"is not {dimension.wanted}{_hint(value, dimension)}")
         if given is None and not bare_unit:
             raise QuantityError(f"has no number; {dimension.wanted} is needed")
         number = (1.0 if given is None else given) * (_unit_factor(unit, dimension) if unit else 1.0)
@@ -172,6 +177,20 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
     if dimension in (FORCE, MOMENT, LINE_FORCE, LINE_MOMENT) and abs(number) < LEAST_MAGNITUDE:
         return 0.0
     return number
+
+
+def _hint(value: object, dimension: Dimension) -> str:
+    """Return what is wrong with a text that is no quantity, in parentheses; empty if nothing is known of it."""
+    if not isinstance(value, str):
+        return ""
+    if re.search(r"\d,\d", value):
+        return " (the decimal separator is a point)"
+    with_power = re.sub(r"(?<![\d.][eE])(?<=[A-Za-zµμ])([2-9])(?![\d.])", r"^\1", value)  # N/mm2
+    if with_power != value:
+        with suppress(QuantityError):
+            to_internal(with_power, dimension)
+            return f" (did you mean {shown(with_power)}?)"
+    return ""
 
 
 def _out_of_bounds(value: object, dimension: Dimension) -> QuantityError:

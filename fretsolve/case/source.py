@@ -15,6 +15,7 @@ from typing import Any
 
 import yaml
 
+from fretsolve.case.keys.unrolled_path import typed_key
 from fretsolve.case.quantities import shown
 from fretsolve.errors import CaseError, FileError, KeyPath
 from fretsolve.system.foreign_files import read_bytes, read_pipe
@@ -79,12 +80,16 @@ class Override:
 
 @dataclass(frozen=True)
 class CaseSource:
-    """The origin of a case: the file, its text as written, and where each key stands in it."""
+    """The origin of a case: the file, its text as written, and where each key stands in it.
+
+    data: the plain values, overrides included, or None.
+    """
 
     path: Path
     text: str = field(repr=False)
     root: Place = field(repr=False)
     overrides: tuple[Override, ...] = ()
+    data: Any = field(default=None, repr=False, compare=False)
 
     def locate(self, key: KeyPath) -> int | None:
         """Return the line (1-based) of `key` or of its nearest parent; None if an override gave the value."""
@@ -96,6 +101,12 @@ class CaseSource:
                 break
             place = place.inside[part]
         return place.line
+
+    def typed(self, key: KeyPath) -> KeyPath:
+        """Return `key` as one types it: with the number of a stage, as `--set` counts, and as the file has it."""
+        written = self._as_written(key)
+        load_path = self.data.get("load_path") if isinstance(self.data, dict) else None
+        return typed_key(load_path, written)
 
     def _as_written(self, key: KeyPath) -> KeyPath:
         """Return `key` without the index of a list of one, if the file has the entry itself there."""
@@ -113,11 +124,11 @@ class CaseSource:
         """Return the error of the value at `key`, with its file and line, or with the override that gave it."""
         override = self._override(key)
         if override is not None:
-            return CaseError(message, key, override.origin)
-        key = self._as_written(key)
-        within = [o.origin for o in self.overrides if key and o.key[: len(key)] == key]
+            return CaseError(message, self.typed(key), override.origin)
+        written = self._as_written(key)
+        within = [o.origin for o in self.overrides if key and o.key[: len(written)] == written]
         message += f" (with {', '.join(within)})" if within else ""
-        return CaseError(message, key, self.path, self.locate(key))
+        return CaseError(message, self.typed(key), self.path, self.locate(written))
 
     def _override(self, key: KeyPath) -> Override | None:
         matching = (override for override in reversed(self.overrides) if key[: len(override.key)] == override.key)

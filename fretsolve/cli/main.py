@@ -131,7 +131,7 @@ def check(**options: Any) -> int:
 @main.command()
 @_CASE
 @repeatable_option(
-    "--vary", "varied", "KEY=A,B,C", "Values of a key; load_path.*.increments means every stage.", required=True
+    "--vary", "varied", "KEY=A,B,C", "Values of a key; 'stage.*.increments' means every stage.", required=True
 )
 @output_option("The folder for runs, tables and picture; by default the name of the case with .study.")
 @overrides_option

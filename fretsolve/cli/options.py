@@ -10,7 +10,7 @@ import os
 import signal
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -107,6 +107,8 @@ def _exit_code(command: Callable[[], int | None], interrupts: Interrupts) -> int
 def _usage_message(error: click.UsageError) -> str:
     """Return what is wrong with the command line; a value's message begins with where it was given."""
     parameter = error.param if type(error) is click.BadParameter else None
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None and not error.possibilities:
+        return error.format_message() + _where_it_is(error.option_name, error.ctx.find_root())
     if error.ctx is None or parameter is None:
         return error.format_message()
     if error.ctx.get_parameter_source(parameter.name or "") is ParameterSource.ENVIRONMENT:
@@ -116,6 +118,21 @@ def _usage_message(error: click.UsageError) -> str:
     else:
         place = (parameter.metavar or parameter.name or "").strip("[].").upper()
     return f"{place}: {error.message}"
+
+
+def _where_it_is(option: str, root: click.Context) -> str:
+    """Return which commands have an option that another one does not have, as the end of a message."""
+    commands = [(name, one) for group in _groups(root.command) for name, one in group.items()]
+    owners = [name for name, one in commands if any(option in parameter.opts for parameter in one.params)]
+    return f" It is an option of {', '.join(owners)}." if owners else ""
+
+
+def _groups(command: click.Command, path: str = "") -> Iterator[dict[str, click.Command]]:
+    """Yield the commands of a group and of the groups in it by their full names."""
+    inside = command.commands if isinstance(command, click.Group) else {}
+    yield {f"{path}{name}": one for name, one in inside.items()}
+    for name, one in inside.items():
+        yield from _groups(one, f"{path}{name} ")
 
 
 class Number(click.FloatRange):
@@ -193,7 +210,7 @@ overrides_option = repeatable_option(
     "--set",
     "overrides",
     "KEY=VALUE",
-    "Replace a value of the case, such as grid.points=64, stage.2.increments=20 or 'load_path.*.increments=20'.",
+    "Replace a value of the case, such as grid.points=64, stage.2.increments=20 or 'stage.*.increments=20'.",
 )
 result_argument = click.argument("out", type=click.Path(readable=False, path_type=Path))
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print only errors and warnings.")

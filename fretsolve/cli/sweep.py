@@ -69,19 +69,24 @@ _FOLDER = click.argument("folder", type=click.Path(readable=False, path_type=Pat
     metavar="ENGINE",
     help="Where to run: local, slurm, or dask:ADDRESS of a Dask scheduler.",
 )
+@click.option(
+    "--dry-run", "dry", is_flag=True, help="With slurm: write the job script and print how to submit it, without Slurm."
+)
 @quiet_option
-def run(file: Path, out: Path | None, jobs: int | None, engine: str, quiet: bool) -> int:
+def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, quiet: bool) -> int:
     """Run the cases of SWEEP that have no result yet.
 
     All cases are checked before the first one runs. Whatever ends a sweep, the same command continues it, on any
     engine. The exit code is 0 if every case has a result; "no solution" is a result as well.
     """
+    if dry and engine != "slurm":
+        raise click.UsageError("--dry-run goes with --on slurm; `fretsolve validate` tells what a case would take.")
     notice = "stopping after the current increments; a second signal stops this command at once"
     at_once = "stopped; its processes stop after their increments, then the same command continues the sweep"
     with StopRequest(notice, at_once=at_once, idle=True) as stop:
         from fretsolve.commands.sweep import run_sweep
 
-        return run_sweep(file, out, jobs, engine, stop, quiet=quiet)
+        return run_sweep(file, out, jobs, engine, stop, dry=dry, quiet=quiet)
 
 
 @sweep.command()

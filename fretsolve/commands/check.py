@@ -23,7 +23,6 @@ from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reported, require_ending, writing
 from fretsolve.system.foreign_files import require_own
-from fretsolve.system.progress import print_warnings
 
 EXIT_MISSED = 1
 
@@ -71,12 +70,13 @@ class Comparison:
 
 @dataclass(frozen=True)
 class CheckedCase:
-    """The outcome of a check of one case. error: what stopped it; seconds: time of solving."""
+    """The outcome of a check of one case. error: what stopped it; seconds: time of solving; warnings: of the case."""
 
     case: Path
     comparisons: tuple[Comparison, ...]
     error: FretsolveError | None
     seconds: float
+    warnings: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:
@@ -142,7 +142,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     expectations: Sequence[Expectation] = ()
     loads: LoadPath | None = None
     summaries: list[Summary] = []
-    failure = None
+    failure, warnings = None, tuple[str, ...]()
     try:
         case = read_case(path, pipe=True).case(overrides)
         if not case.expect:
@@ -152,7 +152,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         setup = set_up(case)
         require_memory(setup)
         expectations, loads = case.expect, setup.load_path
-        print_warnings(path, *case_warnings(setup))
+        warnings = tuple(case_warnings(setup))
         for state in run(setup):
             summaries.append(state.summary)
         loads = loads.followed(summaries)
@@ -166,7 +166,8 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         step = ends.get(stage, len(summaries))
         found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
         comparisons.append(Comparison(expected, stage, found))
-    return CheckedCase(path, tuple(comparisons), failure, sum(summary.wall_time for summary in summaries))
+    seconds = sum(summary.wall_time for summary in summaries)
+    return CheckedCase(path, tuple(comparisons), failure, seconds, warnings)
 
 
 def _report(outcome: CheckedCase) -> None:
@@ -177,9 +178,11 @@ def _report(outcome: CheckedCase) -> None:
         for row in rows:
             cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
             print("  " + "  ".join(cells).rstrip())
+    for text in outcome.warnings:
+        print(f"  warning: {text}")
+    for line in str(outcome.error).splitlines() if outcome.error is not None else ():
+        print(f"  {line}")
     sys.stdout.flush()
-    if outcome.error is not None:
-        print(outcome.error, file=sys.stderr)
 
 
 def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.fatigue_spec import KINDS
-from fretsolve.case.problems import nearest
+from fretsolve.case.other_names import nearest
+from fretsolve.case.problems import together
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.commands.stress import FileOptions, FileOrder, compute_with_messages
 from fretsolve.errors import CaseError
@@ -127,9 +128,14 @@ def worst_lines(
 def _criteria(texts: Sequence[str]) -> tuple[str, ...]:
     """Return the names of criteria, each once. Raises CaseError."""
     names = [name.strip() for text in texts for name in text.split(",")]
-    for name in names:
-        if name not in CRITERIA:
-            raise CaseError(f"{name!r} is not a criterion; {nearest(name, CRITERIA)}", (), "--criterion")
+    message = "{!r} is not a criterion; {}"
+    wrong = [
+        CaseError(message.format(name, nearest(name, CRITERIA)), (), "--criterion")
+        for name in names
+        if name not in CRITERIA
+    ]
+    if wrong:
+        raise together(wrong)
     return tuple(dict.fromkeys(names))
 
 

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.problems import nearest
+from fretsolve.case.other_names import nearest
+from fretsolve.case.problems import together
 from fretsolve.errors import CaseError
 from fretsolve.export.tables import csv_heading
 from fretsolve.export.text_report import print_report
@@ -39,17 +40,16 @@ def show_result(out: Path, *, every_increment: bool, columns: str | None, as_jso
 def _named(columns: str | None, result: Result) -> list[str]:
     """Return the named columns, none if none is named. Raises CaseError."""
     names = [name.strip() for name in columns.split(",")] if columns is not None else []
-    for name in names:
-        if name in CYCLE_NAMES:
-            message = f"{name} is a column of the cycles, whose table is printed below the history; leave it out"
-            raise CaseError(message, (), f"--columns {columns}")
-        if name not in result.history:
-            raise CaseError(_missing(name, result), (), f"--columns {columns}")
+    wrong = [CaseError(_missing(name, result), (), "--columns") for name in names if name not in result.history]
+    if wrong:
+        raise together(wrong)
     return names
 
 
 def _missing(name: str, result: Result) -> str:
     """Return why a result has no such column, and which one would be right."""
+    if name in CYCLE_NAMES:
+        return f"{name} is a column of the cycles, whose table is printed below the history; leave it out"
     as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
     if as_run != name and as_run in ESTIMATED:
         known = name.endswith(ERROR_SUFFIX) or as_run in CORRECTED

@@ -35,10 +35,13 @@ MOST_REASONS = 20
 """Lines on cases that have no result or no solution."""
 
 
-def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop: StopRequest, *, quiet: bool) -> int:
+def run_sweep(
+    sweep: Path, out: Path | None, jobs: int | None, engine: str, stop: StopRequest, *, dry: bool = False, quiet: bool
+) -> int:
     """Check the sweep, write its manifest and run what is missing. Return the exit code.
 
-    out: a folder, None for the file's name with .sweep; jobs: how many cases at a time, None for one per core.
+    out: a folder, None for the file's name with .sweep; jobs: how many cases at a time, None for one per core; dry:
+    with Slurm, submit nothing.
     """
     folder = out or sweep.with_suffix(".sweep")
     if (folder / HDF5_NAME).exists():
@@ -51,8 +54,8 @@ def run_sweep(sweep: Path, out: Path | None, jobs: int | None, engine: str, stop
     messages = CaseMessages(plan.manifest, todo, quiet=quiet)
     messages.start(sweep, folder, plan.warnings)
     if todo and engine == "slurm":
-        told = submit(plan, todo, jobs)
-        if not quiet:
+        told = submit(plan, todo, jobs, dry=dry)
+        if dry or not quiet:
             print(told, flush=True)
         return 0
     reports = _shown(_run(plan.manifest, todo, jobs, engine, stop), messages) if todo else []

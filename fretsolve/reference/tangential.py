@@ -99,6 +99,21 @@ def cattaneo_mindlin(
     return CattaneoMindlin(hertz, friction, shear_force, tangential_compliance)
 
 
+def cattaneo_mindlin_moved(
+    hertz: HertzContact, friction: float, displacement: float, tangential_compliance: float
+) -> CattaneoMindlin | None:
+    """Return the contact under a rigid displacement (mm) at constant load; None from gross slip on.
+
+    Q = mu P (1 - (1 - delta/delta_g)^(3/2)), delta_g that of gross slip; Mindlin (1949).
+    """
+    limit = friction * hertz.load
+    share = abs(displacement) / cattaneo_mindlin(hertz, friction, limit, tangential_compliance).delta_x
+    if share >= 1.0:
+        return None
+    force = math.copysign(limit * _one_minus_power(share, 1.5), displacement)
+    return cattaneo_mindlin(hertz, friction, force, tangential_compliance)
+
+
 def full_stick_compliance(contact_radius: float, tangential_compliance: float) -> float:
     """Return the rigid displacement per shear force (mm/N) of a circular contact without slip: S/8a, Mindlin (1949)."""
     if contact_radius <= 0.0:

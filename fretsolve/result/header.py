@@ -215,8 +215,11 @@ def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeade
     there, here = _identity(attributes), _identity(header.attributes("running"))
     if here.get(ERROR_BARS) != "true" and there == here | {ERROR_BARS: "true"}:
         raise FileError("holds a run with error bars; add --error-bars, or start anew with --overwrite", file)
+    from fretsolve.case.keys.unrolled_path import typed_key  # with it pydantic, which other results do without
+
+    load_path = present_case(header.attributes("running")["effective_case"]).get("load_path")
     differences = [
-        f"{dotted(key)} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
+        f"{dotted(typed_key(load_path, key))} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
         for key in {**there, **here}
         if there.get(key) != here.get(key)
     ]

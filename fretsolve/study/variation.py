@@ -38,7 +38,7 @@ def short(settings: Mapping[str, str]) -> str:
 def read_variation(text: str) -> tuple[str, tuple[str, ...]]:
     """Read ``KEY=A,B,C``. Commas within brackets or quotes separate nothing. Raises CaseError.
 
-    The key is dotted as `--set` takes it, or begins with `EVERY_STAGE`; the values are texts.
+    The key is dotted as `--set` takes it, or begins with one of `EVERY_STAGE`; the values are texts.
     """
     key, equals, rest = (part.strip() for part in text.partition("="))
     if not equals or not all(key.split(".")) or not rest:

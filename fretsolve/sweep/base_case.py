@@ -146,8 +146,10 @@ def digest(attributes: Mapping[str, Any]) -> str:
 def placed(error: CaseError, values: Mapping[str, Value], text: CaseText) -> Iterator[CaseError]:
     """Yield each problem in `error` at the value that causes it, if one does. values: by overrides of `text`."""
     of_origin = {Override((), override).origin: value for override, value in values.items()}
-    keys = {override.origin: override.key for override in text.overridden(list(values)).source.overrides}
+    source = text.overridden(list(values)).source
+    keys = {override.origin: source.typed(override.key) for override in source.overrides}
     for problem in error.problems if isinstance(error, CaseErrors) else [error]:
         origin = str(problem.file)
-        inside = problem.key[len(keys.get(origin, problem.key)) :]
+        own = keys.get(origin, problem.key)
+        inside = problem.key[len(own) if problem.key[: len(own)] == own else 0 :]
         yield of_origin[origin].problem(problem.message, inside) if origin in of_origin else problem

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from fretsolve.case.loading import EVERY_STAGE
-from fretsolve.case.problems import CaseErrors
+from fretsolve.case.problems import CaseErrors, together
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
@@ -60,14 +60,14 @@ def overrides_of(name: str, text: str, stages: Sequence[KeyPath]) -> list[str]:
     """Return a varied key and its value as `--set` takes them; stages: the keys of all stages."""
     if not name.startswith(EVERY_STAGE):
         return [f"{name}={text}"]
-    rest = name.removeprefix(EVERY_STAGE)
+    rest = name.split(".", 2)[2]
     return [f"{dotted(stage)}.{rest}={text}" for stage in dict.fromkeys(stages)]
 
 
 def problem_of(name: str) -> str:
     """Return what is wrong with the name of a varied key, empty if nothing is."""
-    if "*" in name and (not name.startswith(EVERY_STAGE) or name.count("*") > 1 or name == EVERY_STAGE):
-        return "* stands for every stage, as in load_path.*.increments=5,10,20, and for nothing else"
+    if "*" in name and (not name.startswith(EVERY_STAGE) or name.count("*") > 1 or name in EVERY_STAGE):
+        return "* stands for every stage, as in stage.*.increments=5,10,20, and for nothing else"
     if "=" in name or not all(name.split(".")):
         return f"{shown(name)} is not a key of a case; one such as grid.points is needed"
     return ""
@@ -79,7 +79,7 @@ def all_of(found: Iterable[CaseError]) -> CaseError:
     if len(problems) > MOST_SHOWN:
         more = CaseError(f"and {len(problems) - MOST_SHOWN} more problems", (), problems[-1].file)
         problems = [*problems[:MOST_SHOWN], more]
-    return problems[0] if len(problems) == 1 else CaseErrors(problems)
+    return together(problems)
 
 
 def common_values(spec: SweepSpec, source: CaseSource) -> Point:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
-from fretsolve.case.problems import nearest
+from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.names import WORST_NAMES
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES

@@ -94,7 +94,7 @@ class TestGrossSliding:
         error = failure(write_case(tmp_path, CASE + f"  - {stage}\n"))
         assert isinstance(error, SlidingError)
         assert error.exit_code == 3
-        assert error.key == ("load_path", 1, component)
+        assert error.key == ("stage", 2, component)
         assert error.line == 9
         assert size in str(error)
         assert "\n" not in str(error)

@@ -52,7 +52,7 @@ class ElasticBody(CaseModel):
     def _with_constants_of_material(cls, value: Any) -> Any:
         if not isinstance(value, dict) or MATERIAL not in value:
             return value
-        from fretsolve.case.problems import nearest
+        from fretsolve.case.other_names import nearest
         from fretsolve.reference.materials import NAMES, every_name, material_named
 
         name = value[MATERIAL]

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, WithJson
 from fretsolve.case.base import CaseModel, Count, require_either
 from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
-from fretsolve.case.problems import nearest
+from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 
 

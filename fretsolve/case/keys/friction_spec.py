@@ -146,8 +146,6 @@ class FrictionSpec(CaseModel):
     @model_validator(mode="before")
     @classmethod
     def _from_number(cls, value: Any) -> Any:
-        if isinstance(value, dict) and {"velocity", "speed", "slip_rate"} & value.keys():
-            raise refused("friction cannot depend on the velocity, since the solution is quasi-static; remove the key")
         if isinstance(value, list):
             raise refused("a list stands below a key, as {coefficient: [0.2, 0.1]} along two axes; name the key")
         return value if isinstance(value, dict | FrictionSpec) else {"coefficient": value}

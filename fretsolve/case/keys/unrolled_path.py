@@ -25,6 +25,9 @@ LEAST_RESERVE, RESERVE = 100, 4_000
 """Where a path has many such cycles, or repeats them in blocks: the solved cycles that there may be in each at least,
 and in all together."""
 
+MANY_CYCLES = "each cycle is solved, but with wear a few can stand for many: represents in place of times"
+"""Advice on a cycle that is repeated very often."""
+
 INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
 """The components imposed until a stage names one of the same pair."""
 
@@ -213,9 +216,32 @@ def stage_key(load_path: Any, number: str | int) -> KeyPath:
     """Return where stage `number` (from 1, cycles unrolled) stands in a load path as written. Raises LookupError."""
     count = stage_count(load_path)
     if not isinstance(number, int) or not 1 <= number <= min(count, LARGEST_STAGE_COUNT):
-        every = ", and load_path.* stands for all entries" if number == "*" else ""
-        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}{every}")
+        raise LookupError(f"the load path has no stage {shown(number)}; its stages are 1 to {count}")
     return next(islice(_walk(load_path, ("load_path",)), number - 1, None)).key
+
+
+def typed_key(load_path: Any, key: KeyPath) -> KeyPath:
+    """Return a key as it is typed: what stands in a stage by the number of its first run, as ``("stage", 3, "Qx")``.
+
+    load_path: as written, in which `stage_key` is the way back. What belongs to no stage, as the number of repetitions
+    of a cycle, keeps its key.
+    """
+    number, steps, rest = 1, load_path, key[1:] if key[:1] == ("load_path",) else ()
+    reserve = _reserve(load_path)
+    while rest and isinstance(steps, list | tuple):
+        index = rest[0]
+        if not isinstance(index, int) or index >= len(steps):
+            break
+        number += _count(steps[:index], reserve)
+        cycle = _repeated(steps[index], reserve)
+        if number > LARGEST_STAGE_COUNT:
+            break
+        if cycle is None or (cycle.legs and rest[1:] in (("cycle", "increments"), ("cycle", "spacing"))):
+            return ("stage", number, *rest[1 if cycle is None else 2 :])
+        if cycle.legs or rest[1:3] != ("cycle", "stages"):
+            break
+        steps, rest = cycle.stages, rest[3:]
+    return key
 
 
 def stage_keys(load_path: Any) -> tuple[KeyPath, ...]:
@@ -272,7 +298,7 @@ def _repeated(step: Any, reserve: int = MOST_SOLVED_CYCLES) -> _Repeated | None:
     given = cycle.get("at_most", MOST_CYCLES) if "until" in cycle else cycle.get("times")
     if wears := "represents" in cycle:
         given = _solved_cycles(cycle["represents"], cycle.get("jump", "auto"), reserve)
-    times = given if isinstance(given, int) else 1
+    times = given if isinstance(given, int) and given > 0 else 1
     stages = cycle.get("stages")
     if "amplitude" in cycle:
         return _Repeated((), times, None, (cycle, cycle, cycle), wears)
@@ -304,9 +330,11 @@ def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage
         given = max(
             (one.represents / one.jump for one in jumps if one is not None and one.jump is not None), default=0.0
         )
-        advice = (
-            "" if given < MOST_SOLVED_CYCLES else f"; {given:.3g} jumps are too many, give a larger jump, or jump: auto"
-        )
+        advice = ""
+        if given >= MOST_SOLVED_CYCLES:
+            advice = f"; {given:.3g} jumps are too many, give a larger jump, or jump: auto"
+        elif any(isinstance(step, CycleSpec) and (step.cycle.times or 0) > MOST_SOLVED_CYCLES for step in load_path):
+            advice = f"; {MANY_CYCLES}"
         raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible{advice}")
     first = next(_walk(load_path, ()))
     if not {"P", "delta_z"} & dict(_stage(1, first).targets).keys():

@@ -17,7 +17,12 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.model.required_terms import Model
 from fretsolve.reference.hertz import HertzContact
-from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, spence_stick_ratio
+from fretsolve.reference.tangential import (
+    cattaneo_mindlin,
+    cattaneo_mindlin_moved,
+    gross_slip_torque,
+    spence_stick_ratio,
+)
 from fretsolve.setup.closed_forms.normal_forms import Load, NormalForms, is_tilted
 
 if TYPE_CHECKING:
@@ -189,7 +194,7 @@ class ClosedForms(NormalForms):
         """The smallest stick radius (mm) of the path; None where no closed form gives it.
 
         By Spence for a sphere under P alone on a dissimilar body. For similar bodies by Cattaneo and Mindlin or Lubkin
-        at the largest force or torque, at constant P.
+        at the largest force, displacement or torque, at constant P.
         """
         if not self.model.has_shear:
             return None
@@ -197,6 +202,8 @@ class ClosedForms(NormalForms):
             under_bulk = self._under_bulk
             return None if under_bulk is None else under_bulk[0]
         if self.model.moved:
+            if {"delta_x", "delta_y"} & set(self.model.moved):
+                return self._smallest_stick_moved
             shear = self.tangential(len(self.loads) - 1)
             if shear is None or shear.largest >= shear.limit:
                 return None
@@ -209,6 +216,30 @@ class ClosedForms(NormalForms):
             return None
         radius, stage = max(radii)
         return ClosedForm("stick_radius", stage, spence_ratio(self.model) * radius, "Spence")
+
+    @property
+    def _smallest_stick_moved(self) -> ClosedForm | None:
+        """The smallest stick radius where a displacement along one direction is imposed: where it is largest.
+
+        On the way back, half of the displacement from the turning point counts.
+        """
+        if self.model.coupled or self.case.friction_varies or not self.model.friction:
+            return None
+        path = np.array([(load.get("delta_x", 0.0), load.get("delta_y", 0.0)) for load in self.loads])
+        lengths = np.hypot(*path.T)
+        stage, first = int(lengths.argmax()), int(np.flatnonzero(lengths)[0])
+        hertz, under = self.hertz[stage], self.hertz[max(first - 1, 0) :]
+        if hertz is None or not hertz.is_circle or first == 0 or any(one != hertz for one in under):
+            return None
+        moved = ("delta_x", "delta_y")[int(abs(path[stage, 1]) > abs(path[stage, 0]))]
+        others = any(load.get(name) for load in self.loads for name in ("Qx", "Qy", "Mz", "phi_z"))
+        across = path[:, 0] * path[stage, 1] - path[:, 1] * path[stage, 0]
+        if others or any(moved not in load for load in self.loads[first:]) or np.abs(across).max() > 0.0:
+            return None
+        shear = cattaneo_mindlin_moved(hertz, self.model.friction, lengths[stage], self.model.compliances.tangential)
+        if shear is None:
+            return None
+        return ClosedForm("stick_radius", stage, shear.stick_radius, "Cattaneo-Mindlin")
 
 
 def _path(loads: Sequence[Load], force: str) -> list[float]:

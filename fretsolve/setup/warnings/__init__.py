@@ -12,6 +12,7 @@ from fretsolve.errors import dotted
 from fretsolve.setup.contact_size import concave_sphere
 from fretsolve.setup.cost_estimate import disk_problem, estimate, memory_problem
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.warnings.bare_numbers import about_bare_numbers
 from fretsolve.setup.warnings.resolution import about_edges, about_heights, about_resolution
 from fretsolve.setup.warnings.settings import about_size, about_solver
 from fretsolve.setup.warnings.sliding import about_friction, about_sliding, about_varied_friction
@@ -25,6 +26,7 @@ def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
     out: the result to come, which may be too large for its disk.
     """
     groups = (
+        about_bare_numbers,
         about_shapes,
         about_friction,
         about_sliding,

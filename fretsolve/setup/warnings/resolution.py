@@ -53,14 +53,14 @@ def about_edges(setup: ProblemSetup) -> Iterator[str]:
         if surface.kind == "cylinder" and surface.crown_radius and setup.closed_forms.largest is not None:
             continue  # the contact ends before the cylinder
         if surface.kind == "cylinder" and radius == 0.0:
-            key = setup.case.source.problem("", ("surface", place, "cylinder", "length")).key
+            key = setup.case.source.typed(("surface", place, "cylinder", "length"))
             yield (
                 f"{dotted(key)}: the ends of the cylinder are sharp, so that the pressure there is infinite and the"
                 " largest one depends on the grid; end_radius rounds them"
             )
         if radius and radius < side:
             name = "end_radius" if surface.kind == "cylinder" else "edge_radius"
-            key = setup.case.source.problem("", ("surface", place, surface.kind, name)).key
+            key = setup.case.source.typed(("surface", place, surface.kind, name))
             yield (
                 f"{dotted(key)}: the rounding of {radius:.3g} mm fits into a cell of {side:.3g} mm, so that the edge"
                 " counts as sharp: the largest pressure is much too small"
@@ -80,7 +80,7 @@ def about_punch(setup: ProblemSetup, punch: PunchSurface, radius: float) -> Iter
     factor = load / (math.pi * math.sqrt(2.0 * flat) * (1.0 if setup.model.line else 2.0 * flat))
     depth = depth_in_rounding(factor, radius, setup.model.compliances.contact_modulus)
     if depth < FEWEST_END_CELLS * side:
-        key = setup.case.source.problem("", ("surface", 0, "punch", "edge_radius")).key
+        key = setup.case.source.typed(("surface", 0, "punch", "edge_radius"))
         yield (
             f"{dotted(key)}: the contact reaches about {depth:.2g} mm into the rounding of the edge, and cells are"
             f" {side:.2g} mm: the largest pressure, there, depends on the grid"
@@ -93,7 +93,7 @@ def about_end(setup: ProblemSetup, contact: HertzLine) -> Iterator[str]:
     if surface.kind != "cylinder":
         return
     if surface.length is None:
-        key = setup.case.source.problem("", ("surface", 0, "cylinder")).key
+        key = setup.case.source.typed(("surface", 0, "cylinder"))
         yield (
             f"{dotted(key)}: it has no ends, so that it ends at the grid's edge, where the pressure is infinite and"
             " the largest one depends on the grid; plane: strain has no ends, length ends it within the grid"
@@ -103,7 +103,7 @@ def about_end(setup: ProblemSetup, contact: HertzLine) -> Iterator[str]:
     cell = math.hypot(grid.dx * math.cos(surface.axis), grid.dy * math.sin(surface.axis))
     depth = depth_in_rounding(CYLINDER_END * contact.max_pressure * math.sqrt(contact.half_width), radius, modulus)
     if radius >= max(grid.dx, grid.dy) and depth < FEWEST_END_CELLS * cell:
-        key = setup.case.source.problem("", ("surface", 0, "cylinder", "end_radius")).key
+        key = setup.case.source.typed(("surface", 0, "cylinder", "end_radius"))
         yield (
             f"{dotted(key)}: the contact reaches about {depth:.2g} mm into the rounding of the ends, and"
             f" cells are {cell:.2g} mm along the cylinder: the largest pressure, there, depends on the grid"

@@ -86,5 +86,5 @@ def _about_counts(setup: ProblemSetup, accuracy: float) -> Iterator[str]:
     if short:
         stage, count, needed = setup.case.stages()[short[0]], path.counts[short[0]], all_needed[short[0]]
         more = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
-        key = f"{dotted(stage.key)}.increments"
+        key = dotted(setup.case.source.typed((*stage.key, "increments")))
         yield f"{key}: {count} are fewer than the {needed} {wanted}{more}; leave them out to meet it"

@@ -52,7 +52,7 @@ def about_sliding(setup: ProblemSetup) -> Iterator[str]:
             name, loads = "Mz", f"{Mz:.6g} N mm is not below the {most_torque:.6g} N mm ({of_torque})"
         else:
             continue
-        place = dotted(stage.place(name))
+        place = dotted(setup.case.source.typed(stage.place(name)))
         advice = "lower it" if setup.model.line else f"impose {motion[name]} to follow it"
         yield f"{place}: {loads} that friction carries: gross slip ends the run; {advice}"
         return

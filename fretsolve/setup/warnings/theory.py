@@ -28,7 +28,7 @@ def about_shapes(setup: ProblemSetup) -> Iterator[str]:
     """Warn of a cone that is too steep, and of a punch that goes too deep, for the theory."""
     for place, surface in enumerate(setup.case.surface):
         if surface.kind == "cone" and math.tan(surface.angle) > LARGEST_SIZE:
-            key = setup.case.source.problem("", ("surface", place, "cone", "angle")).key
+            key = setup.case.source.typed(("surface", place, "cone", "angle"))
             yield (
                 f"{dotted(key)}: {math.degrees(surface.angle):.3g} deg between flank and contact plane is steep (mean"
                 f" pressure over E* {0.5 * math.tan(surface.angle):.2g}): {HOLD_TO}"

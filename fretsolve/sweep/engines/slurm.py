@@ -21,27 +21,32 @@ from fretsolve.system.files import writing
 FOLDER_NAME = "slurm"
 
 
-def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None) -> str:
+def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None, *, dry: bool = False) -> str:
     """Write the job script, and submit tasks for those of the cases `todo` that no task in the queue has.
 
-    Returns what was done, for people. Raises CaseError if Slurm refuses, FileError.
+    dry: submit nothing and ask Slurm for nothing. Returns what was done, for people. Raises CaseError if Slurm refuses,
+    FileError.
     """
     manifest, spec = plan.manifest, plan.spec.slurm
     tasks = sorted({row.index // spec.cases_per_task for row in todo})
-    _require_allowed(max(tasks), plan)
+    if not dry:
+        _require_allowed(max(tasks), plan)
     script = manifest.folder / FOLDER_NAME / "job.sh"
     with writing(script):
         script.parent.mkdir(exist_ok=True)
         atomic_files.write_text(script, script_text(manifest, spec))
-    given = queued(manifest)
+    given = set() if dry else queued(manifest)
     new = sorted({row.index // spec.cases_per_task for row in todo if row.index not in given})
     if not new:
         return f"all {len(tasks)} tasks that are missing are in the queue"
     limit = at_once or spec.at_once
     array = index_list(new) + (f"%{limit}" if limit else "")
+    line = f"sbatch --array={array} {shlex.quote(str(script))}"
+    if dry:
+        return f"not submitted: {line}"
     job = _slurm(["sbatch", "--parsable", f"--array={array}", str(script)]).strip().partition(";")[0]
     there = f", {len(tasks) - len(new)} more are in the queue" if len(new) < len(tasks) else ""
-    return f"submitted job {job}: sbatch --array={array} {shlex.quote(str(script))}{there}"
+    return f"submitted job {job}: {line}{there}"
 
 
 def requeue() -> None:
@@ -121,7 +126,9 @@ def _slurm(line: Sequence[str]) -> str:
     try:
         done = subprocess.run(line, capture_output=True, text=True, check=False)
     except OSError as error:
-        raise CaseError(f"{line[0]} cannot be called ({error.strerror}); Slurm's commands are needed here") from None
+        raise CaseError(
+            f"{line[0]} cannot be called ({error.strerror}); Slurm's commands are needed here, or --dry-run"
+        ) from None
     if done.returncode:
         raise CaseError(f"{line[0]}: {' '.join(done.stderr.split()) or f'exit code {done.returncode}'}")
     return done.stdout

@@ -40,7 +40,7 @@ def test_files_are_relative_to_the_folder(tmp_path: Path) -> None:
 def test_problems_name_their_keys() -> None:
     with pytest.raises(CaseError, match=r"^grid.points: 0 is too small; a whole number >= 1 is needed$"):
         fretsolve.case_from_dict(DATA | {"grid": {"points": 0}})
-    with pytest.raises(CaseErrors, match=r"^friction: -1 is out of range; .*\nload_path.0.P: '4 mm' is a length; .*$"):
+    with pytest.raises(CaseErrors, match=r"^friction: -1 is out of range; .*\nstage.1.P: '4 mm' is a length; .*$"):
         fretsolve.case_from_dict(DATA | {"friction": -1, "load_path": [{"P": "4 mm"}]})
     with pytest.raises(TypeError, match="cannot stand in a case"):
         fretsolve.case_from_dict(DATA | {"title": object()})

@@ -118,8 +118,8 @@ def test_mistake_names_the_override(path: Path, override: str, message: str) -> 
     ("override", "message"),
     [
         ("bodies.0=rigid", "1: bodies: both bodies are rigid; at least one must be elastic"),
-        ("load_path.0.delta_z=1", "5: load_path.0: P and delta_z cannot be imposed at once; keep one of the two"),
-        ("load_path.0.P.x=1", "5: load_path.0.P: {'x': 1} is not a force such as '400 N'"),
+        ("load_path.0.delta_z=1", "5: stage.1: P and delta_z cannot be imposed at once; keep one of the two"),
+        ("load_path.0.P.x=1", "5: stage.1.P: {'x': 1} is not a force such as '400 N'"),
     ],
 )
 def test_mistake_around_an_override_names_both(path: Path, override: str, message: str) -> None:
@@ -184,9 +184,11 @@ def test_a_stage_within_a_cycle_names_the_cycle(path: Path, stage: int, cycle: s
         load_case(path, [f"stage.{stage}.cycle.times=2"])
 
 
-def test_every_stage_is_named_by_the_load_path(path: Path) -> None:
-    with pytest.raises(CaseError, match=r"its stages are 1 to 2, and load_path\.\* stands for all entries$"):
-        load_case(path, ["stage.*.increments=7"])
+@pytest.mark.parametrize("every", ["stage.*", "load_path.*"])
+def test_a_star_stands_for_every_stage(path: Path, every: str) -> None:
+    assert [stage.increments for stage in load_case(path, [f"{every}.increments=7"]).stages()] == [7, 7]
+    with pytest.raises(CaseError, match=r"\* stands for every stage, as in stage\.\*\.increments=20"):
+        load_case(path, [f"{every}=7"])
 
 
 @pytest.mark.parametrize("given", [["solver.error_estimate=true"], ["solver.error_bars=true"]])

@@ -23,6 +23,9 @@ USAGE = {
     ("run", "case.yaml", "other.yaml"): "unexpected extra argument (other.yaml)",
     ("run", "case.yaml", "--set"): "fretsolve run: Option '--set' requires an argument. (see fretsolve run --help)",
     ("run", "case.yaml", "--error-bars=yes"): "does not take a value. (see fretsolve run --help)",
+    ("check", "case.yaml", "--error-bars"): "No such option '--error-bars'. It is an option of run, validate. (see ",
+    ("show", "out.h5", "--dry-run"): "No such option '--dry-run'. It is an option of sweep run. (see ",
+    ("show", "out.h5", "--no-such"): "fretsolve show: No such option '--no-such'. (see fretsolve show --help)",
     ("check",): "Missing argument",
     ("export", "out.h5"): "Missing option '--to'. Choose from: vtk, xdmf, csv, npz",
     ("validate",): "Missing argument",
@@ -43,7 +46,7 @@ BAD = {
     "grid: {points: 16}": ("grid: {pints: 16}", ":6: grid.pints: unknown key 'pints'; did you mean 'points'?"),
     "friction: 0.1": ("friction: lots", ":7: friction: 'lots' has no number; a number such as '0.1' is needed"),
     "title: tiny": ("title: tiny\n\tgrid: 3", ":2: not valid YAML"),
-    "  - {P: 400 N, increments: 1}": ("  - {P: 5 N mm}", ":9: load_path.0.P: '5 N mm' is a moment; a force such as"),
+    "  - {P: 400 N, increments: 1}": ("  - {P: 5 N mm}", ":9: stage.1.P: '5 N mm' is a moment; a force such as"),
 }
 
 

@@ -75,10 +75,34 @@ def test_stages_before_a_failure_are_compared(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace("20 N", "50 N"))
     result = invoke("check", case)
     assert result.exit_code == 3
-    rows = [line for line in result.stdout.splitlines() if line.startswith("  ")][1:]
+    rows = [line for line in result.stdout.splitlines() if line.startswith("  ")][1:3]
     assert ["not reached" in row for row in rows] == [True, False]
     assert [row.split()[-1] for row in rows] == ["NO", "yes"]
-    assert f"{case}:10: load_path.1.Qx: gross slip" in result.stderr
+    assert result.stdout.splitlines()[-2].startswith(f"  {case}:10: stage.2.Qx: gross slip")
+    assert result.stderr == ""
+
+
+def test_reasons_stand_below_the_case(various: dict[str, Path]) -> None:
+    """Whatever keeps a case from its values, and its warnings, stand between its name and the next one."""
+    coarse = CASE.replace("points: 16", "points: 14")
+    warned = write_case(various["0"].parent, coarse, "warned.yaml")
+    result = invoke("check", *various.values(), warned)
+    names = [*map(str, various.values()), str(warned)]
+    of_case: dict[str, list[str]] = {}
+    for line in result.stdout.splitlines()[:-1]:
+        if line in names:
+            of_case[line] = []
+        else:
+            of_case[[*of_case][-1]].append(line)
+    said = {name: [line for line in lines if ": " in line] for name, lines in of_case.items()}
+    begin = {code: said[str(path)][-1] if said[str(path)] else "" for code, path in various.items()}
+    assert begin["0"] == "" or "warning" in begin["0"]
+    assert begin["2"].startswith(f"  {various['2']}:6: grid.pints: unknown key 'pints'; did you mean 'points'?")
+    assert begin["3"].startswith(f"  {various['3']}:10: stage.2.Qx: gross slip")
+    assert begin["4"].startswith(f"  {various['4']}: cannot be read: No such file")
+    assert said[str(warned)] == [line for line in said[str(warned)] if line.startswith("  warning: grid.points: only")]
+    assert said[str(warned)]
+    assert result.stderr == ""
 
 
 @pytest.fixture()

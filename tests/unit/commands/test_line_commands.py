@@ -151,7 +151,7 @@ def test_too_large_a_contact_is_warned_of(tmp_path: Path) -> None:
 def test_gross_slip_has_its_exit_code(tmp_path: Path) -> None:
     done = invoke("run", write_case(tmp_path, LINE.replace("18 N/mm", "31 N/mm")), "-q")
     assert done.exit_code == 3
-    assert "load_path.1.Qx: gross slip under Qx = 31 N/mm" in done.stderr.splitlines()[-1]
+    assert "stage.2.Qx: gross slip under Qx = 31 N/mm" in done.stderr.splitlines()[-1]
 
 
 def test_units_of_the_result_are_per_length(result: Path) -> None:

@@ -29,7 +29,7 @@ def test_every_template_is_without_doubt_and_comes_out_as_it_expects(
     assert (validated.exit_code, validated.stderr) == (0, "")
     words = [word for value in SMALLER.get(kind, []) for word in ("--set", value)]
     if load_case(case).expect:
-        assert invoke("check", case, *words).stderr == ""
+        assert "warning" not in invoke("check", case, *words).output
     else:
         assert invoke("run", case, *words).stdout.endswith("complete: rough.h5, 7 increments\n")
 

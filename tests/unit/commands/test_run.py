@@ -117,8 +117,8 @@ def test_sliding_keeps_the_certified_increments(tmp_path: Path) -> None:
     result = invoke("run", case)
     assert result.exit_code == 3
     first, *_, last = result.stderr.splitlines()
-    assert first.startswith(f"{case}: warning: load_path.1.Qx: 50 N is not below the 40 N (mu P) that friction carries")
-    assert last.startswith(f"{case}:10: load_path.1.Qx: gross slip under Qx = 50 N")
+    assert first.startswith(f"{case}: warning: stage.2.Qx: 50 N is not below the 40 N (mu P) that friction carries")
+    assert last.startswith(f"{case}:10: stage.2.Qx: gross slip under Qx = 50 N")
     assert result.stdout.endswith(f"failed: {out}, 4 increments\n")
     with open_result(out) as found:
         assert (found.status, found.increments) == ("failed", 4)
@@ -129,7 +129,7 @@ def test_sliding_keeps_the_certified_increments(tmp_path: Path) -> None:
 def test_failure_under_an_override_names_it(tmp_path: Path) -> None:
     result = invoke("run", write_case(tmp_path), "-q", "--set", "load_path.1.Qx=50 N")
     assert result.exit_code == 3
-    assert result.output.splitlines()[-1].startswith("--set load_path.1.Qx=50 N: load_path.1.Qx: gross slip")
+    assert result.output.splitlines()[-1].startswith("--set load_path.1.Qx=50 N: stage.2.Qx: gross slip")
 
 
 def test_contact_at_the_grids_edge_advises_a_size(tmp_path: Path) -> None:

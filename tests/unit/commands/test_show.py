@@ -66,6 +66,11 @@ def test_named_columns_alone_are_in_the_table(out: Path) -> None:
 def test_mistakes(out: Path) -> None:
     assert "'qx' is not a column of the history; did you mean 'Qx'?" in shown(out, "--columns", "qx", code=2)
     assert "energy_ratio is a column of the cycles" in shown(out, "--columns", "Qx,energy_ratio", code=2)
+    assert shown(out, "--columns", "qx,P,pressur,energy_ratio", code=2).splitlines() == [
+        "--columns: 'qx' is not a column of the history; did you mean 'Qx'?",
+        "--columns: 'pressur' is not a column of the history; did you mean 'max_pressure'?",
+        "--columns: energy_ratio is a column of the cycles, whose table is printed below the history; leave it out",
+    ]
     assert "exclude each other" in shown(out, "--json", "--csv", code=2)
 
 

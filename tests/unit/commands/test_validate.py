@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -50,6 +51,15 @@ def test_stick_radius_between_unlike_bodies_has_a_closed_form_under_p_alone(tmp_
     path = "load_path=[{P: 100 N/mm}, {Qx: 5 N/mm}]"
     assert none in validated(tmp_path, UNLIKE, *line, path)[0]
     assert none not in validated(tmp_path, *line, path)[0]
+
+
+def test_the_stick_radius_under_a_displacement(tmp_path: Path) -> None:
+    output, _ = validated(tmp_path, "grid.points=64", "load_path.1={delta_x: 1 um}", "expect=[]")
+    found = re.search(r"gross slip under Q begins at a displacement of (\S+) um", output)
+    radius = 0.3011073 * math.sqrt(1.0 - 1.0 / float(found[1]))
+    line = f"smallest stick radius c = {radius:.5f}"
+    assert line in output
+    assert "at the end of stage 2 (Cattaneo-Mindlin)" in output
 
 
 def test_parts_of_the_model_share_memory_and_time(tmp_path: Path) -> None:

@@ -81,7 +81,7 @@ def test_too_fast_a_fall_is_refused_unless_allowed():
     case = build(friction=FALLING, grid={"points": 24}, load_path=PATH)
     with pytest.raises(WeakeningError, match=r"a larger friction.slip is needed, or weakening: allow") as caught:
         list(run(case))
-    assert (caught.value.exit_code, caught.value.key) == (3, ("load_path", 1))
+    assert (caught.value.exit_code, caught.value.key) == (3, ("stage", 2))
     allowed = solve(friction={**FALLING, "weakening": "allow"}, grid={"points": 24}, load_path=PATH)
     assert len(allowed) == 5
     slow = solve(friction={**FALLING, "slip": "10 um"}, grid={"points": 24}, load_path=PATH)

@@ -84,7 +84,7 @@ def test_another_case_is_named_by_its_keys() -> None:
     header = fake_header(increments=7, tolerance=1e-5)
     with pytest.raises(FileError) as caught:
         require_same_run(Path("a.h5"), fake_header().attributes("stopped"), header)
-    assert "a.h5: holds a run of another case: load_path.0.increments is 6 there, 7 now" in str(caught.value)
+    assert "a.h5: holds a run of another case: stage.1.increments is 6 there, 7 now" in str(caught.value)
     assert "solver.tolerance is 1e-06 there, 1e-05 now; give another -o" in str(caught.value)
     assert not is_same_run(fake_header().attributes("stopped"), header.attributes("running"))
 

@@ -187,7 +187,7 @@ def test_resume_of_another_case_names_what_differs(out: Path, stop_after: int | 
     with pytest.raises(FileError) as caught:
         HistoryWriter.open(out, other, resume=True)
     message = str(caught.value)
-    assert "load_path.0.increments is 6 there, 9 now; solver.tolerance is 1e-06 there, 1e-08 now" in message
+    assert "stage.1.increments is 6 there, 9 now; solver.tolerance is 1e-06 there, 1e-08 now" in message
     assert "\n" not in message
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, NO_POISSON, build
+from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, NO_POISSON, build, solve_last
 
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.tangential import cattaneo_mindlin
@@ -116,6 +116,27 @@ def test_smallest_stick_zone() -> None:
     assert spence == (0, pytest.approx(0.5102 * 0.301107, rel=1e-3), "Spence")
 
 
+GROSS = cattaneo_mindlin(HERTZ, FRICTION, FRICTION * 400.0, MATERIAL.tangential).delta_x
+
+
+def test_smallest_stick_zone_under_a_displacement() -> None:
+    """c = a sqrt(1 - delta/delta_g), the largest displacement of the path counting."""
+    path = [P, {"delta_x": 0.2 * GROSS}, {"delta_x": -0.75 * GROSS}, {"delta_x": 0.0}]
+    half = pytest.approx(0.5 * HERTZ.contact_radius, rel=1e-12)
+    assert smallest(*path) == (2, half, "Cattaneo-Mindlin")
+    oblique = {"delta_x": 0.45 * GROSS, "delta_y": 0.6 * GROSS}
+    assert smallest({"delta_z": HERTZ.delta_z}, oblique) == (1, half, "Cattaneo-Mindlin")
+    force = 40.0 * (1.0 - 0.25**1.5)
+    assert smallest(P, {"Qx": force}) == (1, half, "Cattaneo-Mindlin")
+
+
+def test_the_stick_radius_under_a_displacement_is_that_of_a_run() -> None:
+    path = [P, {"delta_x": 0.75 * GROSS, "increments": 4}]
+    last = solve_last(load_path=path, grid={"points": 64, "size": 0.75}, coupling="none", bodies=NO_POISSON).summary
+    _, radius, _ = smallest(*path, bodies=NO_POISSON, coupling="none") or (0, 0.0, "")
+    assert last.stick_radius == pytest.approx(radius, rel=0.01)
+
+
 @pytest.mark.parametrize(
     ("stages", "parts"),
     [
@@ -123,7 +144,14 @@ def test_smallest_stick_zone() -> None:
         ([P, {"Qx": 40.0}], {}),
         ([P, {"Qx": 20.0, "Mz": 1.0}], {}),
         ([P, {"Qx": 20.0, "P": 500.0}], {}),
-        ([P, {"delta_x": 1e-4}], {}),
+        ([P, {"delta_x": GROSS}], {}),
+        ([{"P": 400.0, "delta_x": 1e-4}], {}),  # sheared as it is pressed
+        ([P, {"delta_x": 1e-4, "Qy": 1.0}], {}),
+        ([P, {"delta_x": 1e-4, "phi_z": 1e-4}], {}),
+        ([P, {"delta_x": 1e-4}, {"Qx": 0.0}], {}),
+        ([P, {"delta_x": 1e-4}, {"P": 500.0}], {}),
+        ([P, {"delta_x": 1e-4}, {"delta_y": 1e-4}], {}),
+        ([P, {"delta_x": 1e-4}], {"bodies": DISSIMILAR}),
         ([P, {"Qx": 20.0}], {"friction": 0.0}),
         ([P, {"Qx": 20.0}], {"bodies": DISSIMILAR}),
         ([P, {"Qx": 20.0}], {"surface": {"cylinder": {"radius": 1.0, "axis": "x", "length": 1.0}}}),

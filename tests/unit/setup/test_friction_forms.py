@@ -109,9 +109,7 @@ def test_a_stage_that_lowers_friction_too_far_is_warned_of():
     path = [{"P": 400.0}, {"Qx": 36.0}, {"friction": 0.08}]
     setup = set_up(build(friction=0.2, grid={"points": 64}, load_path=path))
     (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
-    assert warning.startswith(
-        "load_path.2: 36 N is not below the 32 N (sum of the friction limit) that friction carries"
-    )
+    assert warning.startswith("stage.3: 36 N is not below the 32 N (sum of the friction limit) that friction carries")
     held = set_up(build(friction=0.2, grid={"points": 64}, load_path=[*path[:2], {"friction": 0.1}]))
     assert not [text for text in case_warnings(held) if "gross slip" in text]
 
@@ -201,5 +199,5 @@ class TestLineContact:
         setup = set_up(line_case(friction=friction, bodies=SIMILAR, grid={"points": 64}, load_path=path))
         (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
         assert warning.startswith(
-            "load_path.1.Qx: 15 N/mm is not below the 10 N/mm (sum of the friction limit) that friction carries"
+            "stage.2.Qx: 15 N/mm is not below the 10 N/mm (sum of the friction limit) that friction carries"
         )

@@ -34,11 +34,11 @@ WARNINGS = {
     (f"surface={{cylinder: {{{LONG}, axis: y}}}}", "grid={points: [60, 512], size: [0.5 mm, 9 mm]}"): "only 18.2 cells",
     ("grid={points: 64, size: 1.9281 mm}",): "grid.points: only 19.9 cells across the contact; 20 or more",
     ("load_path.1.Qx=39.9999 N",): "grid.points: the stick zone shrinks to 0.72 cells across in stage 2 (Cattaneo",
-    ("load_path.1.Qx=40 N",): "load_path.1.Qx: 40 N is not below the 40 N (mu P) that friction carries",
+    ("load_path.1.Qx=40 N",): "stage.2.Qx: 40 N is not below the 40 N (mu P) that friction carries",
     ("friction=0",): "20 N is not below the 0 N (friction is 0) that friction carries",
-    ("load_path.1={Qx: 30 N, Qy: -31 N}",): "load_path.1.Qy: 43.1393 N is not below the 40 N (mu P)",
-    ("load_path.1={Mz: 7.1 N mm}",): "load_path.1.Mz: 7.1 N mm is not below the 7.09467 N mm (3 pi mu P a/16)",
-    ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "load_path.2: 30 N is not below the 20 N",
+    ("load_path.1={Qx: 30 N, Qy: -31 N}",): "stage.2.Qy: 43.1393 N is not below the 40 N (mu P)",
+    ("load_path.1={Mz: 7.1 N mm}",): "stage.2.Mz: 7.1 N mm is not below the 7.09467 N mm (3 pi mu P a/16)",
+    ("load_path=[{P: 400 N}, {Qx: 30 N}, {P: 200 N}]",): "stage.3: 30 N is not below the 20 N",
     ("load_path.0={delta_z: 9 um}", "load_path.1.Qx=40 N"): "is not below the 39.5604 N (mu P)",
     ("load_path.0.P=400 kN", "grid.size=18 mm"): "load_path: the contact is large against the radius (a/R = 0.3, p0/",
     ("bodies.0.young_modulus=200 MPa", "grid.size=8 mm"): "are all units right?",
@@ -53,7 +53,7 @@ WARNINGS = {
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
     ("solver={accuracy: 1 %}", "grid.points=48"): "grid.points: 48 x 48 are fewer than the 90 x 90 that accuracy 1 %",
     (UNLIKE, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
-        "load_path.0.increments: 30 are fewer than the 35 that accuracy 1 % picks; leave them out to meet it"
+        "stage.1.increments: 30 are fewer than the 35 that accuracy 1 % picks; leave them out to meet it"
     ),
     ("solver={accuracy: 1 %, precision: single}", "grid.points=96"): (
         "solver.precision: single has too few digits for accuracy 1 % in many cases; take double, or an accuracy of 2 %"
@@ -80,6 +80,41 @@ def test_a_doubtful_case_gets_one_warning(sets: tuple[str, ...], tmp_path: Path)
 def test_shipped_cases_get_no_warning(case: Path) -> None:
     setup = set_up(load_case(case))
     assert case_warnings(setup) == list(setup.model.warnings)
+
+
+WORN = FINE.replace("20 N}", "20 N}\n  - cycle: {represents: 100, stages: [{Qx: -20 N}, {Qx: 20 N}]}") + "wear: WEAR\n"
+BODIES = "bodies=[{young_modulus: E, poisson_ratio: 0.3}, rigid]"
+CYLINDER = "surface=[{cylinder: {radius: 10 mm, crown_radius: 20 mm, axis: AXIS}}]"
+
+
+@pytest.mark.parametrize(
+    ("sets", "wear", "says"),
+    [
+        (BODIES.replace("E", "210"), None, "bodies.0.young_modulus: 210 without a unit is 210 MPa; is GPa meant?"),
+        (BODIES.replace("E", "'210'"), None, "bodies.0.young_modulus: 210 without a unit is 210 MPa; is GPa meant?"),
+        (BODIES.replace("E", "210e3"), None, None),
+        (BODIES.replace("E", "210 MPa"), None, None),
+        (CYLINDER.replace("AXIS", "30"), None, "axis: 30 without a unit is 30 rad, 1719 deg; is '30 deg' meant?"),
+        (CYLINDER.replace("AXIS", "30 deg"), None, None),
+        (CYLINDER.replace("AXIS", "0.5"), None, None),
+        (CYLINDER.replace("AXIS", "x"), None, None),
+        ("load_path.1={phi_z: 10}", None, "stage.2.phi_z: 10 without a unit is 10 rad, 573 deg; is '10 deg' meant?"),
+        (
+            "title=worn",
+            "{law: energy, alpha: 1e-4}",
+            "wear.alpha: 0.0001 without a unit is 0.0001 mm^3/(N mm), 0.1 mm^3/J; write which unit is meant",
+        ),
+        ("title=worn", "{law: archard, k: 1e-8}", "wear.k: 1e-08 without a unit is 1e-08 mm^3/(N mm), 1e-05 mm^3/J;"),
+        ("title=worn", "{law: archard, k: 1e-8 mm^3/(N mm)}", None),
+    ],
+)
+def test_a_bare_number_that_is_most_likely_in_another_unit(
+    tmp_path: Path, sets: str, wear: str | None, says: str | None
+) -> None:
+    text = FINE if wear is None else WORN.replace("WEAR", wear)
+    found = [one for one in case_warnings(setup_of(tmp_path, sets, "expect=[]", text=text)) if "without a unit" in one]
+    assert len(found) == (says is not None)
+    assert says is None or says in found[0]
 
 
 WITHOUT_FRICTION = FINE.replace("friction: 0.1\n", "")
@@ -117,9 +152,11 @@ def test_commands_warn_alike_and_once(command: str, tmp_path: Path) -> None:
     sets = ("solver.tolerance=0.01", "expect=[{quantity: P, value: 400, rel: 1}]")
     result = invoke(command, case, "--set", sets[0], "--set", sets[1])
     assert result.exit_code == 0
-    lines = result.stderr.splitlines()
-    assert [line.split(":")[2].strip() for line in lines] == ["friction", "grid.points", "solver.tolerance"]
-    assert all(line.startswith(f"{case}: warning: ") for line in lines)
+    place, output = ("  ", result.stdout) if command == "check" else (f"{case}: ", result.stderr)
+    lines = [line.partition("warning: ") for line in output.splitlines() if "warning" in line]
+    assert [text.partition(":")[0] for _, _, text in lines] == ["friction", "grid.points", "solver.tolerance"]
+    assert {begin for begin, _, _ in lines} == {place}
+    assert command != "check" or result.stderr == ""
 
 
 def test_validate_prints_the_closed_forms(tmp_path: Path) -> None:

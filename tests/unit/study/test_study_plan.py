@@ -108,7 +108,7 @@ def test_every_stage_is_also_that_within_cycles(tmp_path: Path) -> None:
     [
         ("grid.points=8,0", "--vary grid.points=0: grid.points: 0 is too small"),
         ("grid.pints=8", "--vary grid.pints=8: grid.pints: unknown key 'pints'; did you mean 'points'?"),
-        (f"{EVERY}=1,x", f"--vary {EVERY}=x: load_path.*.increments: 'x' is not allowed"),
+        (f"{EVERY}=1,x", f"--vary {EVERY}=x: stage.*.increments: 'x' is not allowed"),
         ("load_path.9.increments=1", "--vary load_path.9.increments=1: load_path.9.increments: the list has no entry"),
         ("grid.points=8,1000000", "--vary grid.points=1000000: grid.points: 1000000 x 1000000 cells take"),
         ("surface={cylinder: {radius: 1}}", "--vary surface={cylinder: {radius: 1}}: surface.cylinder.axis: missing"),

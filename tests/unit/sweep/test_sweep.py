@@ -308,6 +308,21 @@ def test_tasks_in_the_queue_count_by_the_cases_that_they_have(tmp_path: Path, mo
     assert slurm.submit(plan, plan.manifest.rows, None) == "all 3 tasks that are missing are in the queue"
 
 
+def test_the_script_is_written_without_slurm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    path = write_sweep(tmp_path, SWEEP + "slurm: {cases_per_task: 2}\n")
+    script = tmp_path / "sweep.sweep" / "slurm" / "job.sh"
+    done = invoke("sweep", "run", path, "--on", "slurm", "--dry-run", "-q")
+    assert (done.exit_code, done.stdout, done.stderr) == (0, f"not submitted: sbatch --array=0-2 {script}\n", "")
+    assert f"sweep work {script.parent.parent} --cases" in script.read_text()
+    told = refused(2, "sweep", "run", path, "--on", "slurm", "-q")
+    assert (
+        told
+        == "scontrol cannot be called (No such file or directory); Slurm's commands are needed here, or --dry-run\n"
+    )
+    assert "--dry-run goes with --on slurm" in refused(2, "sweep", "run", path, "--dry-run")
+
+
 def test_more_tasks_than_slurm_takes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(slurm, "_slurm", lambda line: "MaxArraySize            = 2")
     path = write_sweep(tmp_path, SWEEP + "slurm:\n  cases_per_task: 2\n")

@@ -114,6 +114,10 @@ AXIS = f"{BASE}axes:\n  - "
             AXIS + "load_path.0.P: [1, 2]\n  - {title: [a, b], stage.1.P: [2, 3]}",
             r":4: axes.1.stage.1.P.0: load_path.0.P and stage.1.P are the same key; keep one of the two\n$",
         ),
+        (AXIS + "stage.1.P: [1 m]", ":3: axes.0.stage.1.P.0: '1 m' is a length; a force"),
+        (AXIS + "load_path.0.P: [1 m]", ":3: axes.0.load_path.0.P.0: '1 m' is a length; a force"),
+        (AXIS + "stage.*.P: [1 m]", r":3: axes.0.stage.\*.P.0: '1 m' is a length; a force"),
+        (AXIS + "load_path: [[{P: 1 m}]]", ":3: axes.0.load_path.0.stage.1.P: '1 m' is a length; a force"),
         (
             AXIS + "{solver.error_bars: [true], solver.error_estimate: [true]}",
             ":3: axes.0.solver.error_estimate.0: solver.error_bars and solver.error_estimate are the same key",

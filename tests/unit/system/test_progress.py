@@ -44,7 +44,7 @@ def test_bar_gives_way_to_an_error(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace("20 N", "50 N"))
     code, shown = shown_on_a_terminal(case)
     assert code == 3
-    assert shown.rstrip().splitlines()[-1].startswith(f"{case}:10: load_path.1.Qx: gross slip")
+    assert shown.rstrip().splitlines()[-1].startswith(f"{case}:10: stage.2.Qx: gross slip")
 
 
 def test_quiet_on_a_terminal(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 from fretsolve.case.keys.unrolled_path import CyclePass, last_repetitions
 from fretsolve.case.loading import load_case
 from fretsolve.case.models import Case
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, KeyPath, dotted
 
 CASE = """bodies: [rigid, {young_modulus: 200 GPa, poisson_ratio: 0.3}]
 surface: {sphere: {radius: 10 mm}}
@@ -174,3 +174,45 @@ def test_repetitions_of_outermost_cycles_have_a_friction_each(tmp_path: Path) ->
     )
     stages = load_case(path).stages()
     assert [stage.outer for stage in stages] == [0, *[1] * 6, *[2] * 6, 0]
+
+
+NESTED = """{times: 3, stages: [{Qx: 1 N}, {cycle: {until: periodic, at_most: 4, stages: [{Qx: 2 N}, {Qx: 3 N}]}},
+      {cycle: {amplitude: {Qx: 4 N}, times: 2}}, {Qx: 5 N}]}
+  - {Qx: 0 N}"""
+WORN = """{represents: 1000, jump: 100, stages: [{Qx: 4 N}, {Qx: 0 N}]}
+  - {Qx: 1 N}
+wear: {law: energy, alpha: 1e-4 mm^3/J}"""
+
+
+@pytest.mark.parametrize("cycle", [NESTED, WORN, "{amplitude: {Qx: 4 N}, times: 2}\n  - {Qx: 0 N}"])
+def test_the_key_of_a_stage_is_its_number_and_leads_back_to_it(tmp_path: Path, cycle: str) -> None:
+    text = CASE.replace("{P: 400 N}", "{P: 400 N}\n  - {Qx: 0 N}")
+    case, typed = case_of(tmp_path, cycle, text), set[KeyPath]()
+    for stage in case.stages():
+        key = case.source.typed((*stage.key, "spacing"))
+        if stage.wears or key in typed:
+            continue
+        typed.add(key)
+        assert key == ("stage", stage.number, "spacing")
+        again = case_of(tmp_path, cycle, text, (f"{dotted(key)}=graded",))
+        assert again.source.overrides[-1].key == (*stage.key, "spacing")
+        assert again.stages()[stage.number - 1].spacing == "graded"
+    assert len(typed) == len({stage.key for stage in case.stages() if not stage.wears})
+    assert case.source.typed(("load_path", 2, "cycle", "times")) == ("load_path", 2, "cycle", "times")
+
+
+@pytest.mark.parametrize(
+    ("cycle", "overrides", "says"),
+    [
+        (NESTED, (), "case.yaml:7: stage.3.Qx: '2 m' is a length; a force such as '400 N' is needed"),
+        (NESTED.replace("5 N", "2 m"), (), "case.yaml:8: stage.16.Qx: '2 m' is a length; a force"),
+        ("{times: -4, stages: [{Qx: 2 N}]}\n  - {Qx: 2 N}", (), "case.yaml:8: stage.3.Qx: '2 m' is a length; a force"),
+        ("{amplitude: {Qx: 1 N}, times: 3, increments: 0}", (), "case.yaml:7: stage.2.increments: 0 is too small; a"),
+        ("{times: 2, stages: [{Qx: 1 N}]}", ("load_path.1.cycle.stages.0.Qx=2 m",), "Qx=2 m: stage.2.Qx: '2 m' is a"),
+        ("{times: 2, stages: [{Qx: 1 N}]}", ("stage.3.Qx=2 m",), "--set stage.3.Qx=2 m: stage.2.Qx: '2 m' is a length"),
+    ],
+)
+def test_mistakes_name_stages_as_they_are_counted(
+    tmp_path: Path, cycle: str, overrides: tuple[str, ...], says: str
+) -> None:
+    assert says in message(tmp_path, cycle.replace("2 N", "2 m"), *overrides).replace("override", "--set")

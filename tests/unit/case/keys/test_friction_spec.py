@@ -70,8 +70,11 @@ def test_what_varies_is_known(tmp_path):
         ("{expression: 'q'}", "friction.expression: 'q': 'q' is not allowed; numbers, "),
         ("{map: 3}", "friction.map: 3 is not the name of a file; one such as 'mu.npy' is needed"),
         ("{map: a.h5}", "friction: dataset is missing; the name of one in the HDF5 file 'a.h5' is needed"),
-        ("{velocity: 3}", "friction: friction cannot depend on the velocity, since the solution is quasi-static"),
-        ("{mu: 0.1}", "friction.mu: unknown key 'mu'; one of coefficient, angle, expression, "),
+        (
+            "{velocity: 3}",
+            "friction.velocity: unknown key 'velocity'; the solution is quasi-static, without velocity, time",
+        ),
+        ("{mu: 0.1}", "friction.mu: unknown key 'mu'; the coefficient of friction is 'coefficient'"),
     ],
 )
 def test_mistakes(tmp_path, text, message):
@@ -85,4 +88,4 @@ def test_a_stage_changes_one_coefficient_alone(tmp_path):
     text = CASE.replace(PLACE, "friction: {expression: '0.1'}").replace("{Qx: 20 N, increments: 4}", "{friction: 0.05}")
     error = case_error(write_case(tmp_path, text))
     assert error.message == "a stage can change friction only where it is one coefficient; remove it here"
-    assert error.key == ("load_path", 1)
+    assert error.key == ("stage", 2)

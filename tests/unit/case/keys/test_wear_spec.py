@@ -153,11 +153,11 @@ def test_a_cycle_that_ends_without_load_is_refused_where_the_load_stands(tmp_pat
     path = worn(tmp_path, cycle=cycle, before="{P: 0 N}")
     error = case_error(path)
     line = next(number for number, text in enumerate(path.read_text().splitlines(), start=1) if "        {P:" in text)
-    assert str(error).startswith(f"{path}:{line}: load_path.2.cycle.stages.3.P: at its end the cycle changes the")
+    assert str(error).startswith(f"{path}:{line}: stage.6.P: at its end the cycle changes the")
     assert error.exit_code == 2
     # held at 0 from before the cycle
     path = worn(tmp_path, cycle="{represents: 10, stages: [{Qx: 0.0}]}", before="{P: 0 N}")
-    assert str(case_error(path)).startswith(f"{path}:{SPHERE.count(chr(10)) + 4}: load_path.1.P: at its end")
+    assert str(case_error(path)).startswith(f"{path}:{SPHERE.count(chr(10)) + 4}: stage.2.P: at its end")
 
 
 def test_represents_needs_wear(tmp_path):
