@@ -23,6 +23,9 @@ from fretsolve.system.arrays import DoubleArray, IndexArray
 LEAST_MOTION_SCALE = 1e-3
 """Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
 
+ROUNDING = 1e-9
+"""Largest size of a load or displacement that is 0 but for rounding, over the load or displacement that presses."""
+
 UNSEEN_ENERGY = 1e-11
 """Error bar over P times the contact radius from which on a dissipated energy of 0 is one that no cell shows."""
 
@@ -110,7 +113,8 @@ def verdict(
     if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
     ends = stage_ends(history["stage"])
-    known = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0} or {"P": math.inf}
+    large = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0}
+    known = {name: one for name, one in large.items() if not _is_nothing(name, history, ends)} or {"P": math.inf}
     columns = {name: best_column(name, history) for name in known}
     bars = {name: _bars(name, columns[name], history)[ends] / scale for name, scale in known.items()}
     unbounded = tuple(name for name, its in bars.items() if np.isinf(its).any())
@@ -174,6 +178,16 @@ def _bars(name: str, column: str, history: Mapping[str, DoubleArray]) -> DoubleA
     """Return the bars of `column`, and where they are unknown, as in increments of earlier versions, those as run."""
     best, as_run = history[column + ERROR_SUFFIX], history[name + ERROR_SUFFIX]
     return np.where(np.isnan(best), as_run, best)
+
+
+def _is_nothing(name: str, history: Mapping[str, DoubleArray], ends: IndexArray) -> bool:
+    """Return whether a load or displacement is 0 but for rounding at all `ends` of stages, as by symmetry."""
+    if name not in itertools.chain(*PAIRS[1:]):
+        return False
+    pressing = ("P", "delta_z", "contact_radius")
+    force, approach, radius = (float(np.nan_to_num(np.abs(history[one][ends])).max()) for one in pressing)
+    sizes = {"Q": force, "M": force * radius, "d": approach, "p": approach / radius if radius else 0.0}
+    return float(np.abs(history[name][ends]).max()) <= ROUNDING * sizes[name[0]]
 
 
 def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:

@@ -135,7 +135,7 @@ class ErrorBars:
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
         self._at_once, self._frictions = presses_unlike_bodies(setup, 1), frictions_of(setup)
-        self._changes_before = np.zeros(len(ESTIMATED))
+        self._changes_before, self._corrected_totals = np.zeros(len(ESTIMATED)), [0.0]
         self._pressing_stages = sheared_stages(setup).count(False)
         self._pressing_increments = sum(setup.load_path.counts[: self._pressing_stages])
         self._askew, self._near_sliding, self._pressed_energy = False, HiddenNearSliding(), 0.0
@@ -345,12 +345,17 @@ class ErrorBars:
     def _change_of_total(self, step: int, order: float) -> float:
         """Return what they would add to all that is dissipated.
 
-        Corrected values stay above 0; bars, which take the first stage as of another order, count all of it.
+        The corrected energy never falls. Bars, which take the first stage as of another order, count all of the change.
         """
         if step < 0:
             return 0.0
-        change = float(self._runs.change_by_increments(step, order)[TOTAL])
-        return max(change, -self._summaries[step].work_total) if order == FIRST_ORDER else change
+        if order != FIRST_ORDER:
+            return float(self._runs.change_by_increments(step, order)[TOTAL])
+        known = self._corrected_totals
+        for at in range(len(known) - 1, step + 1):
+            total = self._summaries[at].work_total + float(self._runs.change_by_increments(at, order)[TOTAL])
+            known.append(max(total, known[-1]))
+        return known[step + 1] - self._summaries[step].work_total
 
     def _steps(self, step: int) -> Steps:
         """Return what makes the increments up to `step` too long."""

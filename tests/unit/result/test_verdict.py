@@ -36,6 +36,14 @@ def test_unbounded_bars_do_not_count_and_are_named() -> None:
     assert str(missed).endswith("; max_pressure is unbounded and does not count")
 
 
+@pytest.mark.parametrize("name", ["delta_x", "Qy", "phi_z", "My", "Mz"])
+def test_a_value_that_is_nothing_but_rounding_does_not_count(name: str) -> None:
+    """By symmetry it is 0, and so is its error; ten parts in a million are a value."""
+    assert verdict({"accuracy": 0.01}, history(**{name: np.full(4, 4e-13), name + ERROR_SUFFIX: np.full(4, 1.0)})).met
+    small = history(**{name: np.full(4, 2e-5), name + ERROR_SUFFIX: np.full(4, 1.0)})
+    assert verdict({"accuracy": 0.01}, small).quantity == name
+
+
 @pytest.mark.parametrize(("bar", "named"), [(1e-6, True), (1e-12, False)])
 def test_an_energy_that_no_cell_shows_does_not_count_and_is_named(bar: float, named: bool) -> None:
     """Where the value is 0 and its bar is not, but for rounding."""
