@@ -14,7 +14,7 @@ from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused
 
 MOST_CYCLES, LOOP_TOLERANCE = 20, 0.01
-"""Of a cycle that runs until it is periodic, by default: the most cycles, and the change that counts as none."""
+"""Of a cycle that runs until it is periodic, by default: the most cycles, and the distance to their limit."""
 
 JUMP_TOLERANCE = 0.01
 """Error of the worn volume by the jumps of a cycle that stands for others, by default."""
@@ -134,7 +134,7 @@ class Repetition(CaseModel):
     until: Literal["periodic"] | None = Field(
         default=None,
         description="instead of times: periodic, to repeat the cycle until its dissipated energy and the values at its"
-        " end change by less than the tolerance from one cycle to the next",
+        " end are within the tolerance of their limits",
         examples=["periodic"],
     )
     at_most: Annotated[int, Field(strict=True, ge=2, le=10**9)] | None = Field(
@@ -165,7 +165,7 @@ class Repetition(CaseModel):
     )
     tolerance: Annotated[float, InUnits(NUMBER, above=0, below=1)] | None = Field(
         default=None,
-        description="with until: the change that counts as none, over the energy and the ranges of the cycle; with"
+        description="with until: the distance to the limit, over the energy and the ranges of the cycle; with"
         " represents: the error of the worn volume by the jumps, which a given jump may exceed; 1 % if it is left out",
         examples=["1 %"],
     )
