@@ -92,6 +92,7 @@ def _run(plan: StudyPlan, stop: StopRequest, messages: CaseMessages) -> list[Out
             steps = case.setup.load_path.last_steps
             outcome = read_outcome(case.out, plan.quantities, steps, corrected=plan.corrected)
             outcomes.append(outcome)
+            messages.warn(case.out, report.notes)
             messages.case(
                 case.id,
                 **case.settings,
