@@ -42,7 +42,10 @@ COMPILING = "compiling the kernels, which takes 10 to 30 s, once on this machine
 
 
 class QuietMessages:
-    """Print warnings and what a run waits for, and nothing else. out: the result; resume: the run goes on with that result."""
+    """Print warnings and what a run waits for, and nothing else.
+
+    out: the result; resume: the run goes on with that result.
+    """
 
     def __init__(self, setup: ProblemSetup, out: Path, threads: int, *, resume: bool):
         self.setup, self.out, self.threads, self.resume = setup, out, threads, resume

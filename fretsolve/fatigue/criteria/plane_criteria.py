@@ -25,8 +25,8 @@ class PlaneCriterion:
     amplitude_rows: from normals (..., 3) to the rows (..., k, 6) of the components whose path has the amplitude; it is
     the radius of the smallest ball around the path in k dimensions. combine: the parameter. ranks: what the plane
     maximises, one function after the other, each from the plane that the one before found; by default the parameter.
-    ties: the plane of largest amplitude counts, and among equal ones that of largest normal stress. rounds: of the search
-    from the best plane of a scan; one parabola leads to the top of a smooth hill, but not of one cut off where it is 0.
+    ties: the plane of largest amplitude counts, and among equal ones that of largest normal stress. rounds: of the
+    search from the best plane of a scan; one parabola leads to the top of a smooth hill, not of one cut off at 0.
     """
 
     amplitude_rows: Callable[[DoubleArray], DoubleArray]
