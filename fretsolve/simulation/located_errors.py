@@ -43,11 +43,11 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     if any(points < FEWEST_POINTS for _, points, _ in sides):
         larger = tuple(max(side, present) for side, _, present in sides)
         return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"
-    size = tuple(side * room_for_cells(points) for side, points, _ in sides)
-    if all(advised <= 1.05 * present for advised, (_, _, present) in zip(size, sides, strict=True)):
+    roomy = tuple(side * room_for_cells(points) for side, points, _ in sides)
+    if all(advised <= 1.05 * present for advised, (_, _, present) in zip(roomy, sides, strict=True)):
         wider = tuple(1.5 * present for _, _, present in sides)  # since shear or moments widen the contact
         return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
-    return f"; {_size_in_words(size, setup)} would do"
+    return f"; {_size_in_words(roomy, setup)} would do"
 
 
 def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:
