@@ -8,7 +8,7 @@ from pathlib import Path
 from fretsolve.errors import CaseError
 from fretsolve.export import FORMATS
 from fretsolve.export.selection import stored_step
-from fretsolve.export.xdmf import points_file
+from fretsolve.export.xdmf import points_file, require_readable
 from fretsolve.result import Result, open_result
 from fretsolve.stress.names import ComputedFile, opened_computed
 from fretsolve.system.files import require_ending, require_free, require_other, writing
@@ -33,6 +33,8 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         for file in (target, points_file(target)) if file_format == "xdmf" else (target,):
             require_other(file, result.path, "the result itself")
             require_free(file, overwrite=overwrite)
+        if file_format == "xdmf":
+            require_readable(result, target)
         if file_format == "vtk":
             from fretsolve.export.vtk import require_own_grids
 

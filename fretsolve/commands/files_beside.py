@@ -12,7 +12,7 @@ from fretsolve.result import Result, RunHeader, open_result
 from fretsolve.setup.cost_estimate import free_bytes
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system import atomic_files
-from fretsolve.system.files import require_free, writing
+from fretsolve.system.files import require_free, require_utf8, writing
 
 AT_END = "the result is whole: with more room --resume writes what output.{} asks for"
 """Advice where there is no room for files beside a result."""
@@ -36,10 +36,14 @@ def require_room(setup: ProblemSetup, out: Path) -> None:
 
 
 def require_own_beside(setup: ProblemSetup, out: Path, header: RunHeader, *, resume: bool, overwrite: bool) -> None:
-    """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own."""
+    """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own.
+
+    Raises FileError if those files cannot hold the name of the result.
+    """
     output = setup.case.output
     if output.stress is None and output.fatigue is None:
         return
+    require_utf8(out.name, out)
     from fretsolve.fatigue.names import fatigue_path
     from fretsolve.stress.names import stress_path
 

@@ -29,7 +29,7 @@ from fretsolve.stress.request import (
 )
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory, last_cycle
-from fretsolve.system.files import require_ending, require_free, require_other, writing
+from fretsolve.system.files import require_ending, require_free, require_other, require_utf8, writing
 from fretsolve.system.progress import counting_bar, print_warnings
 
 TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
@@ -140,6 +140,7 @@ def compute_with_messages(
     Raises CaseError, FileError.
     """
     path, target = tractions.result.path, order.target
+    require_utf8(path.name, path)
     if (problem := memory_problem(request, order.threads, order.advice)) is not None:
         raise CaseError(problem, (), path)
     if (problem := disk_problem(request, free_bytes(target), order.advice)) is not None:

@@ -92,6 +92,7 @@ def _run(plan: StudyPlan, stop: StopRequest, messages: CaseMessages) -> list[Out
         for case, report in zip(plan.cases, reports, strict=False):
             outcome = read_outcome(case.out, plan.quantities, case.setup.load_path, corrected=plan.corrected)
             outcomes.append(outcome)
+            messages.warn(case.out, report.notes)
             messages.case(
                 case.id,
                 **case.settings,

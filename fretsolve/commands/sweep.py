@@ -141,6 +141,7 @@ def _shown(reports: Iterable[Report], messages: CaseMessages) -> list[Report]:
         messages.case(row.id, **values, wall_time=f"{report.seconds:.3g}")
         if report.reason and not report.has_result:
             print_error_line(f"case {report.index}: {row.words}: {report.reason}")
+        messages.warn(messages.manifest.result(row), report.notes)
         found.append(report)
     return found
 

@@ -22,6 +22,7 @@ from fretsolve.export.deformed_surfaces import BodySurface, DeformedSurfaces, Fl
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
+from fretsolve.system.files import require_utf8
 
 BYTE_ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
@@ -40,6 +41,7 @@ def require_own_grids(path: Path, names: re.Pattern[str] = GRID_NAME, *, overwri
     overwrite: whether grids in it may be replaced. Raises OSError.
     """
     folder = grids_folder(path)
+    require_utf8(folder.name, path)
     if folder.is_symlink():
         raise FileError("is a link, which is not followed; give another name with -o", folder)
     there = [one.name for one in folder.iterdir()] if folder.exists() else []

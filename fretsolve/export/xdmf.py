@@ -14,11 +14,13 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 from numpy.typing import DTypeLike
 
+from fretsolve.errors import CaseError
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
 from fretsolve.result.layout import is_single, stored_fields
 from fretsolve.result.storage import create_field
 from fretsolve.system import atomic_files
+from fretsolve.system.files import require_utf8
 
 
 def points_file(path: Path) -> Path:
@@ -26,10 +28,33 @@ def points_file(path: Path) -> Path:
     return path.with_name(path.name + ".h5")
 
 
+def require_readable(result: Result, path: Path) -> None:
+    """Raise CaseError or FileError if readers of XDMF would not find the files that the text `path` refers to.
+
+    They end a name at a colon, skip blanks before it, and end the folder of `path` at a backslash.
+    """
+    for name in (_source(result, path), points_file(path).name):
+        require_utf8(name, path)
+        if ":" in name or name[0].isspace() or "\\" in str(path.absolute()):
+            unread = "rename files and folders whose names have a colon, a backslash or a blank at the beginning"
+            raise CaseError(f"would refer to {name!r}, which readers of XDMF do not find: {unread}", (), path)
+
+
+def _source(result: Result, path: Path) -> str:
+    """Return how the text `path` names the file of the fields: the result once it is finished, else that beside it."""
+    if not _is_finished(result):
+        return points_file(path).name
+    return os.path.relpath(result.path.absolute(), path.absolute().parent)
+
+
+def _is_finished(result: Result) -> bool:
+    return result.status in ("complete", "failed")
+
+
 def write_xdmf(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> None:
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
-    finished = result.status in ("complete", "failed")
+    finished = _is_finished(result)
     with atomic_files.new_hdf5(beside, exclusive=exclusive) as file:
         x, y = np.meshgrid(result.x, result.y, indexing="ij")
         points = np.stack([x, y, np.zeros_like(x)], axis=-1)
@@ -39,11 +64,9 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path, *, exclusive: b
             dataset = create_field(file.require_group("fields"), quantity, len(steps), x.shape)
             for index, step in enumerate(steps):
                 dataset[index] = result.field(quantity.name, step)
-    source, stored = beside.name, tuple(steps)
-    if finished:
-        source, stored = os.path.relpath(result.path.absolute(), path.absolute().parent), result.steps
+    stored = result.steps if finished else tuple(steps)
     with atomic_files.new_file(path, durable=False, exclusive=exclusive) as text:
-        text.write("\n".join(_document(result, steps, stored, source, beside.name)).encode())
+        text.write("\n".join(_document(result, steps, stored, _source(result, path), beside.name)).encode())
 
 
 def _document(result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str) -> Iterator[str]:

@@ -188,7 +188,9 @@ def start(
     rows = len(weight)
     clear(0, rows, solution, displacement, direction, image)
     _, moments = apply(0, rows, residual, residual, direction, stiffness, normal, zone, weight, constraints)
-    amplitudes = -_multiply(inverse_gram, moments)
+    amplitudes = _multiply(inverse_gram, moments)
+    for m in range(len(amplitudes)):
+        amplitudes[m] = -amplitudes[m]
     return advance(0, rows, solution, residual, direction, image, weight, constraints, amplitudes, 1.0)
 
 

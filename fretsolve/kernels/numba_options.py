@@ -77,6 +77,8 @@ def inlined(function: Any) -> Any:
 
 def _compiled(function: Any, **options: Any) -> Any:
     options = {"fastmath": {"reassoc", "contract", "nsz", "arcp"}} | options
+    # C calls none, and Python none whose name begins with an underscore; each way in takes the compiler time.
+    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
     compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
     with suppress(RuntimeError):  # neither the package's folder nor the user's cache can be written
         try:

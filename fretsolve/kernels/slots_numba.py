@@ -154,7 +154,8 @@ def _fold(upper, lower, sign, line):
     ny, length = len(upper), len(line)
     for j in range((ny + 1) // 2):
         line[j] = complex(upper[2 * j], lower[2 * j])
-    line[(ny + 1) // 2 : length - ny // 2] = 0.0
+    for j in range((ny + 1) // 2, length - ny // 2):
+        line[j] = 0.0
     for j in range(ny // 2):
         line[length - 1 - j] = complex(sign * upper[2 * j + 1], sign * lower[2 * j + 1])
 

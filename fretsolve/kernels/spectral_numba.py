@@ -26,7 +26,8 @@ def join_rows(upper, lower, lines):
         else:
             for j in range(ny):
                 lines[r, j] = upper[r, j]
-        lines[r, ny:] = 0.0
+        for j in range(ny, lines.shape[1]):  # numba takes seconds to compile an assignment to a slice
+            lines[r, j] = 0.0
 
 
 @compiled
@@ -86,7 +87,9 @@ def take_columns(spectrum, lines):
     """Copy the columns of `spectrum` (nx, n) to `lines` (n, mx), padded with zeros."""
     rows, columns = spectrum.shape
     _transpose(spectrum, lines, columns, rows)
-    lines[:, rows:] = 0.0
+    for r in range(len(lines)):
+        for j in range(rows, lines.shape[1]):
+            lines[r, j] = 0.0
 
 
 @compiled
@@ -130,13 +133,13 @@ def multiply(kernel, odd, field, result):
 def multiply_symmetric(kernels, odd, fields):
     """Multiply two or three fields, in place, by a symmetric matrix of kernels; `odd` is even on the diagonal."""
     if len(fields) == 2:
-        _multiply_pair(kernels[0] + kernels[1], odd[0][1], fields)
+        multiply_pair(kernels[0] + kernels[1], odd[0][1], fields)
     else:
-        _multiply_triple(kernels[0] + kernels[1] + kernels[2], (odd[0][1], odd[0][2], odd[1][2]), fields)
+        multiply_triple(kernels[0] + kernels[1] + kernels[2], (odd[0][1], odd[0][2], odd[1][2]), fields)
 
 
 @compiled
-def _multiply_pair(kernels, odd, fields):
+def multiply_pair(kernels, odd, fields):
     """Multiply two fields by a symmetric 2 x 2 matrix of kernels, (4, n, half)."""
     direct_x, mixed, _, direct_y = kernels
     field_x, field_y = fields
@@ -156,7 +159,7 @@ def _multiply_pair(kernels, odd, fields):
 
 
 @compiled
-def _multiply_triple(kernels, odd, fields):
+def multiply_triple(kernels, odd, fields):
     """Multiply three fields by a symmetric 3 x 3 matrix of kernels, (9, n, half)."""
     direct_z, mixed_zx, mixed_zy, _, direct_x, mixed_xy, _, _, direct_y = kernels
     field_z, field_x, field_y = fields

@@ -72,7 +72,7 @@ def sizes(zone, slipping, pressure, gap, shear, limit, slip, slip_so_far, dx, dy
             # the links that the edge crosses, and where it crosses them
             for k in range(4):
                 a, b, c, d = _link(inside, corner, i, j, k)
-                outer[k] = c, d
+                outer[k, 0], outer[k, 1] = c, d
                 if inside[a - corner[0], b - corner[1]] == inside[c - corner[0], d - corner[1]]:
                     laws[k], values[k, 3], outer[k, 0] = FIXED, inside[a - corner[0], b - corner[1]], NONE
                 elif sheared and 0 <= c < zone.shape[0] and 0 <= d < zone.shape[1] and slipping[c, d]:
@@ -167,7 +167,9 @@ def _with_margin(zone, box):
     """Return the cells of a zone as 1, with a margin of 0 around."""
     top, bottom, left, right = box
     inside = np.zeros((bottom - top + 1 + 2 * MARGIN, right - left + 1 + 2 * MARGIN), np.uint8)
-    inside[MARGIN:-MARGIN, MARGIN:-MARGIN] = zone[top : bottom + 1, left : right + 1]
+    for i in range(top, bottom + 1):  # numba takes seconds to compile an assignment of slices
+        for j in range(left, right + 1):
+            inside[i - top + MARGIN, j - left + MARGIN] = zone[i, j]
     return inside
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from fretsolve.errors import BusyError, FileError
 from fretsolve.system import atomic_files
+from fretsolve.system.files import reason_of
 from fretsolve.system.foreign_files import read_small_text
 
 if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock nothing
@@ -27,16 +28,23 @@ LOCK_ATTEMPTS = 3
 WAIT, POLL = 0.2, 0.02
 """Seconds to wait in an attempt: a reader that asks whether a run goes on holds the lock for some microseconds."""
 
+NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
+"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
+
+WITHOUT_LOCK = "the file system has no locks, so nothing keeps a second run from writing this result"
+
 
 @dataclass(frozen=True)
 class RunLock:
     """The right to write in a parts folder, kept until `release` or the end of the process, even by SIGKILL.
 
-    HDF5's own locks do not keep a second process from truncating a file.
+    HDF5's own locks do not keep a second process from truncating a file. note: a warning where the file system has no
+    locks, so that none is held; else empty.
     """
 
     folder: Path
     lock: BaseFileLock
+    note: str = ""
 
     @classmethod
     def acquire(cls, folder: Path) -> RunLock:
@@ -47,7 +55,7 @@ class RunLock:
         from filelock import FileLock, Timeout  # on demand, as above
 
         _require_own(folder)
-        lock = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False)
+        lock, note = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False), ""
         for _ in range(LOCK_ATTEMPTS):
             atomic_files.add_folder(folder, durable=False)  # until something is saved in it
             _require_own(folder)
@@ -59,14 +67,14 @@ class RunLock:
             except Timeout:
                 break
             except OSError as error:
-                if error.errno == errno.ENOLCK:  # nobody can hold a lock here
-                    _remove_if_empty(folder)
-                raise
+                if error.errno not in NO_LOCKS:
+                    raise
+                note = f"{WITHOUT_LOCK} ({reason_of(error)}): start one at a time"
             with suppress(OSError):  # the holder is only for the message of the next run
                 (folder / HOLDER_NAME).unlink(missing_ok=True)
                 with (folder / HOLDER_NAME).open("x") as file:
                     file.write(f"process {os.getpid()} on {socket.gethostname()}")
-            return cls(folder, lock)
+            return cls(folder, lock, note)
         holder = ""
         with suppress(OSError, FileError):
             holder = f" ({read_small_text(folder / HOLDER_NAME, 'a name', 1000)})"
@@ -81,10 +89,11 @@ class RunLock:
 
 
 def _remove_if_empty(folder: Path) -> None:
-    """Remove a folder in which there is only the lock. Whoever calls holds the lock, or nobody can."""
+    """Remove a folder in which there is only the lock. Whoever calls holds the lock, where there are locks."""
     with suppress(OSError):
-        if [path.name for path in folder.iterdir()] == [LOCK_NAME]:
-            atomic_files.remove_folder(folder, folder / LOCK_NAME)
+        files = list(folder.iterdir())
+        if all(path.name == LOCK_NAME for path in files):
+            atomic_files.remove_folder(folder, *files)
 
 
 def _require_own(folder: Path) -> None:

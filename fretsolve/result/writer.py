@@ -67,7 +67,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     """A result being written; a context manager, which stops the run if it is left without `finish`.
 
     complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
-    beginning. summaries: of all increments so far. notes: warnings about the resume.
+    beginning. summaries: of all increments so far. notes: warnings about the resume, and a lock that there is not.
     """
 
     def __init__(
@@ -128,6 +128,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             if resume and out.exists() and not saved.folder.exists() and saved.take_final(retry):
                 return cls(saved, None)
             lock = RunLock.acquire(saved.folder)
+            saved.notes += filter(None, [lock.note])
             try:
                 saved.take_up(shared, resume=resume, overwrite=overwrite, retry=retry)
                 if not pause and not saved.complete:

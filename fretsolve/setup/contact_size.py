@@ -82,8 +82,15 @@ def room_for_coarse_runs(points: int) -> float:
 
     It is 1 from 33 points on.
     """
-    coarse = coarse_points(points, COARSENED)
-    return max(1.0, coarse / (coarse - 2.0 * FREE_COARSE_CELLS) / AREA_MARGIN)
+    return room_for_cells(coarse_points(points, COARSENED))
+
+
+def room_for_cells(points: int) -> float:
+    """Return the factor on a side with AREA_MARGIN that leaves cells free on each side of a contact.
+
+    points: of the side, at least 3. It is 1 from 12 points on.
+    """
+    return max(1.0, points / (points - 2.0 * FREE_COARSE_CELLS) / AREA_MARGIN)
 
 
 def worn_reach(forms: ClosedForms) -> float:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_spans
-from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, worn_reach
+from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, room_for_cells, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup
+
+FEWEST_POINTS = 3
+"""Points of a side of which one can be in contact and those beside it free."""
 
 
 def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
@@ -34,14 +37,17 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     contact = tuple(side / AREA_MARGIN for side in size)
     if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
         return "; no size would do, since the height map ends too soon: a larger map is needed"
-    worn = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms)
-    size = (max(size[0], worn), max(size[1], worn))
-    if all(advised <= 1.05 * present for advised, present in zip(size, setup.grid.size, strict=True)):
-        if min(setup.grid.shape) < 8:  # the contact reaches the edge because its cells are large
-            return "; the size would do with more points, which resolve the contact"
-        wider = tuple(1.5 * present for present in setup.grid.size)  # since shear or moments widen the contact
+    worn, grid = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms), setup.grid
+    of_axes = zip(grid.axes, size, grid.shape, grid.size, strict=False)  # a line has one axis
+    sides = [(max(side, worn), points, present) for _, side, points, present in of_axes]
+    if any(points < FEWEST_POINTS for _, points, _ in sides):
+        larger = tuple(max(side, present) for side, _, present in sides)
+        return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"
+    roomy = tuple(side * room_for_cells(points) for side, points, _ in sides)
+    if all(advised <= 1.05 * present for advised, (_, _, present) in zip(roomy, sides, strict=True)):
+        wider = tuple(1.5 * present for _, _, present in sides)  # since shear or moments widen the contact
         return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
-    return f"; {_size_in_words(size, setup)} would do"
+    return f"; {_size_in_words(roomy, setup)} would do"
 
 
 def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:

@@ -36,7 +36,7 @@ class Report:
     """End of the run of a case.
 
     code: that of `fretsolve run`, 0 or 3 if there is a result; busy: another run is writing it. reason: one line, empty
-    if there is nothing to say. increments: in the result; seconds: of this run.
+    if there is nothing to say. increments: in the result; seconds: of this run; notes: warnings.
     """
 
     index: int
@@ -45,6 +45,7 @@ class Report:
     busy: bool = False
     increments: int = 0
     seconds: float = 0.0
+    notes: tuple[str, ...] = ()
 
     @property
     def has_result(self) -> bool:
@@ -92,7 +93,8 @@ def solve(
             code, reason = error.exit_code, _one_line(error)
         if code == 0:
             write_beside(case, threads)
-        return Report(index, code, reason, increments=len(writer.summaries), seconds=time.perf_counter() - began)
+        seconds, notes = time.perf_counter() - began, tuple(writer.notes)
+        return Report(index, code, reason, increments=len(writer.summaries), seconds=seconds, notes=notes)
 
 
 def write_beside(case: PreparedCase, threads: int = 1) -> None:

@@ -20,7 +20,7 @@ from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.beginnings import FOLDER_NAME as BEGINNINGS_NAME
 from fretsolve.sweep.beginnings import Beginning
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of, reported, writing
+from fretsolve.system.files import reason_of, reported, require_utf8, writing
 from fretsolve.system.foreign_files import read_small_text
 
 MANIFEST_NAME = "manifest.json"
@@ -203,8 +203,7 @@ def write_manifest(manifest: Manifest) -> None:
     values = {"format": FORMAT, **common, "cases": cases}
     path = manifest.folder / MANIFEST_NAME
     text = json.dumps(values, indent=1, ensure_ascii=False, default=str) + "\n"
-    if not text.isascii() and text != text.encode(errors="replace").decode():
-        raise FileError("cannot be written: the name of a file or folder in it is not UTF-8 text", path)
+    require_utf8(text, path)
     with writing(path):
         manifest.results.mkdir(parents=True, exist_ok=True)
         atomic_files.write_text(path, text)

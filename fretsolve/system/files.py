@@ -62,6 +62,13 @@ def require_other(file: Path, source: Path, what: str) -> None:
         raise CaseError(f"would replace {what}; give another name with -o", (), file)
 
 
+def require_utf8(text: str, file: Path) -> None:
+    """Raise FileError if `text`, a name that is to stand in another file, is not UTF-8; file: whose name it is."""
+    if text.encode(errors="replace").decode() != text:
+        message = "is not UTF-8 text, which the file to be written could not hold: rename that"
+        raise FileError(f"the name of a file or folder {message}", file)
+
+
 def require_ending(file: Path, what: str, *endings: str) -> None:
     """Raise CaseError unless the name of `file`, which is to hold `what`, has one of `endings`, such as ``.csv``."""
     if file.suffix.lower() not in endings:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import environment, finish, invoke, refused
-from small_cases import CASE, SWEPT, write_case
+from small_cases import CASE, SWEPT, case_of, write_case
 from sweeping import manifest_of, write_sweep
 
 from fretsolve.errors import printable
@@ -84,6 +84,54 @@ def test_a_name_that_is_not_utf_8_in_a_strict_locale(tmp_path: Path, encoding: s
     code, _, messages = finish("run", case, env=own, encoding="latin-1")
     assert (code, messages.count("\n")) == (2, 1)
     assert r"h\udcf6he.h5: exists" in messages
+
+
+CYCLED = case_of("{P: 400 N}, {cycle: {times: 1, stages: [{Qx: 20 N}, {Qx: -20 N}]}}", points=16)
+EXPECTED = "expect=[{quantity: P, value: 400 N, rel: 1e-6}]"
+SWT = "{criteria: [swt], material: {young_modulus: 200 GPa, poisson_ratio: 0.3}}"
+
+
+def test_every_command_takes_a_name_that_is_not_utf_8_or_refuses_it(tmp_path: Path) -> None:
+    """The files of stresses and of fatigue, VTK's and XDMF's hold the name, so none of them is begun."""
+    folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/h\xf6he"))
+    folder.mkdir()
+    case, sweep, out = folder / "\udcf6.yaml", folder / "\udcf6.sweep.yaml", folder / "\udcf6.h5"
+    case.write_text(CYCLED, encoding="utf-8")
+    sweep.write_text("case: plain.yaml\naxes: [{friction: [0.1, 0.2]}]\n", encoding="utf-8")
+    (folder / "plain.yaml").write_text(case.read_text(), encoding="utf-8")
+    refused_name = "the name of a file or folder is not UTF-8 text, which the file to be written could not hold"
+    for spec in ("stress={}", f"fatigue={SWT}"):
+        assert refused_name in refused(4, "run", case, "-q", "--set", f"output.{spec}")
+    assert refused_name in refused(4, "sweep", "run", sweep, "-q")
+    before = set(folder.iterdir())
+    assert len(before) == 3
+    for words in (
+        ("validate", case),
+        ("check", case, "--set", EXPECTED, "--junit", folder / "\udcf6.xml"),
+        ("run", case, "-q"),
+        ("show", out),
+        ("show", out, "--json"),
+        ("plot", out),
+        ("plot", out, "map", "-o", folder / "\udcf6.svg"),
+        ("export", out, "--to", "csv"),
+        ("export", out, "--to", "npz"),
+        ("study", case, "-q", "--vary", "grid.points=8,12", "--quantity", "P"),
+    ):
+        done = invoke(*words)
+        assert done.exit_code == 0, (words, done.output)
+    before = set(folder.iterdir())
+    material = "young_modulus=200 GPa,poisson_ratio=0.3"
+    for words in (
+        ("stress", out),
+        ("fatigue", out, "--criterion", "swt", "--material", material),
+        ("export", out, "--to", "vtk"),
+        ("export", out, "--to", "xdmf"),
+        ("export", out, "--to", "xdmf", "-o", tmp_path / "elsewhere.xdmf"),
+    ):
+        assert refused_name in refused(4, *words)
+    assert set(folder.iterdir()) == before
+    for words in (("stress", out.rename(folder / "plain.h5"), "-q"), ("export", folder / "plain.h5", "--to", "xdmf")):
+        assert invoke(*words).exit_code == 0
 
 
 def test_formulas_in_tables(tmp_path: Path) -> None:

@@ -128,6 +128,36 @@ class TestClosedForms:
         assert fatigue_field("swt", STEEL, stress[:, :, None]).value[0] == 0.0
 
 
+def swt_of_all_planes(stress: DoubleArray, count: int = 200_000) -> DoubleArray:
+    """Return the largest SWT (points,) of planes spread evenly, 0.3 degrees apart; stress: (states, 6, points)."""
+    height, turn = (np.arange(count) + 0.5) / count, np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
+    across = np.sqrt(1.0 - height**2)
+    normals = np.stack([across * np.cos(turn), across * np.sin(turn), height])
+    found = []
+    for tensors in np.moveaxis(stress[:, np.array(TENSOR)], 3, 0):
+        normal = np.einsum("in,tij,jn->tn", normals, tensors, normals, optimize=True)
+        strain = (1.3 * normal - 0.3 * np.trace(tensors, axis1=1, axis2=2)[:, None]) / 200e3
+        found.append((np.maximum(normal.max(axis=0), 0.0) * np.ptp(strain, axis=0) / 2.0).max())
+    return np.array(found)
+
+
+def test_swt_of_a_tension_between_the_planes_of_a_scan():
+    """Below a contact tension lies in a narrow cone of planes. A worse point is known, so at first none is refined."""
+    random = np.random.default_rng(3)
+    load = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(12) / 12)
+    points = []
+    for tension in (0.5, 2.0, 5.0, 10.0, 20.0):
+        path = np.zeros((12, 6, 1))
+        path[:, 0, 0], path[:, 1, 0], path[:, 2, 0] = tension * load, -200.0 - 100.0 * load, -300.0
+        points += [rotated(path, random_axes(random)) for _ in range(6)]
+    stress = np.concatenate(points, axis=2)
+    expected = swt_of_all_planes(stress)
+    found = fatigue_field("swt", STEEL, stress, known=1.0)
+    assert not found.refined.any()
+    np.testing.assert_allclose(found.value, expected, rtol=0.02)
+    np.testing.assert_allclose(fatigue_field("swt", STEEL, stress, refine_all=True).value, expected, rtol=0.02)
+
+
 @cache
 def random_histories() -> DoubleArray:
     """Return stresses (40, 6, 200): proportional with a mean, elliptic, and with a second harmonic."""

@@ -35,6 +35,7 @@ class CaseMessages:
         self.manifest, self.runs, self.quiet = manifest, len(todo) if runs is None else runs, quiet
         self.expected = {row.id: row.seconds for row in todo}
         self.ended, self.before = 0, 0.0
+        self.warned: set[str] = set()
         self.bar = None
         if bar and not quiet and sys.stdout.isatty():
             self.bar = progress_bar(f"run {{task.fields[run]}}/{self.runs}", "{task.fields[detail]}")
@@ -72,6 +73,13 @@ class CaseMessages:
             self.bar.update(self.bar.task_ids[0], completed=self.before, run=min(self.ended + 1, self.runs))
         elif not self.quiet:
             key_value_line(run=self.ended, runs=self.runs, **values)
+
+    def warn(self, result: Path, texts: Iterable[str]) -> None:
+        """Print warnings about a result, each text once for all results."""
+        for text in texts:
+            if text not in self.warned:
+                print_warnings(result, text)
+            self.warned.add(text)
 
     def end(self, states: Sequence[CaseState]) -> None:
         """Print how many cases have which status, and what to do about those without a result."""

@@ -33,14 +33,19 @@ from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.setup.warnings import case_warnings
 from fretsolve.setup.warnings.resolution import warning_of_result
 from fretsolve.setup.warnings.wear import warning_of_slip
-from fretsolve.system.progress import json_line, key_value_line, print_warnings, progress_bar
+from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
 MOST_STAGES_IN_TABLE = 30
 """A run with more stages prints no table; `fretsolve show` does."""
 
+COMPILING = "compiling the kernels, which takes 10 to 30 s, once on this machine"
+
 
 class QuietMessages:
-    """Print warnings, and nothing else. out: the result; resume: the run goes on with that result."""
+    """Print warnings and what a run waits for, and nothing else.
+
+    out: the result; resume: the run goes on with that result.
+    """
 
     def __init__(self, setup: ProblemSetup, out: Path, threads: int, *, resume: bool):
         self.setup, self.out, self.threads, self.resume = setup, out, threads, resume
@@ -69,6 +74,7 @@ class QuietMessages:
 
     def compiling(self) -> None:
         """Print that the kernels are being compiled, for which the run waits."""
+        print_error_line(COMPILING)
 
     def warn(self, text: str) -> None:
         """Print a warning."""
@@ -182,7 +188,7 @@ class TextMessages(QuietMessages):
 
     def compiling(self) -> None:
         say = self._bar.console.print if self.has_bar else partial(print, flush=True)
-        say("compiling the kernels, which takes 10 to 30 s, once on this machine")
+        say(COMPILING)
 
     def already_complete(self, increments: int) -> None:
         print(f"{self.out}: already complete, {counted(increments, 'increment')}")

@@ -2,7 +2,8 @@
 
 1. Scan planes `step` degrees apart at every point. The circle around a shear path is bounded from above by its largest
    distance from the middle of its bounding box. Exact circles are found in the order of these bounds, until no plane
-   of the scan can be better. One parabola through planes around the best one then improves it.
+   of the scan can be better. One parabola through planes around the best one then improves it; where planes without
+   tension are worth nothing, some more rounds of the search of step 3 do.
 2. What a scan may miss is less than `scan_margin`: a parameter is the largest of many smooth functions of the plane, so
    its maximum is a smooth hill, and the error of a scan grows with the square of its step.
 3. Refine points in the order of their bounds, from several planes of a finer scan, until no other point can beat the
@@ -87,6 +88,7 @@ def search(
     scan = Scan(criterion, step)
     for block in _blocks(points, BLOCK // steps):
         value[block], normal[:, block], bound[block] = scan.best(np.ascontiguousarray(stress[:, :, block]))
+    bound = np.maximum(bound, value)
     bound += scan_margin(step) * np.abs(bound)  # Findley's may be negative
     order = np.argsort(-bound)
     scan = Scan(criterion, min(step, REFINED_STEP))
@@ -149,7 +151,7 @@ class Scan:
     def best(self, stress: DoubleArray, improve: bool = True) -> tuple[DoubleArray, DoubleArray, DoubleArray]:
         """Return the parameter (points,) on the best plane, its normal (3, points), and a bound for all planes.
 
-        improve: take the top of a parabola around the best plane, if it is better.
+        improve: go on from the best plane, to the top of a parabola around it if that is better.
         """
         amplitude, normal = self.bounds(stress)
         rank, combine = self.criterion.ranks[0], self.criterion.combine
@@ -172,7 +174,8 @@ class Scan:
             planes[moved], highest[moved] = plane, reached
         normals = self.normals[planes]
         if improve:
-            normals = _climb(self.criterion, rank, stress, normals, np.radians(0.4 * self.step), rounds=1)
+            rounds = self.criterion.rounds
+            normals = _climb(self.criterion, rank, stress, normals, np.radians(0.4 * self.step), rounds)
         exact = evaluate(self.criterion, stress, normals[:, None])
         return combine(*exact)[:, 0], normals.T, combine(amplitude, normal).max(axis=0)
 

@@ -25,13 +25,15 @@ class PlaneCriterion:
     amplitude_rows: from normals (..., 3) to the rows (..., k, 6) of the components whose path has the amplitude; it is
     the radius of the smallest ball around the path in k dimensions. combine: the parameter. ranks: what the plane
     maximises, one function after the other, each from the plane that the one before found; by default the parameter.
-    ties: the plane of largest amplitude counts, and among equal ones that of largest normal stress.
+    ties: the plane of largest amplitude counts, and among equal ones that of largest normal stress. rounds: of the
+    search from the best plane of a scan; one parabola leads to the top of a smooth hill, not of one cut off at 0.
     """
 
     amplitude_rows: Callable[[DoubleArray], DoubleArray]
     combine: Combine
     ranks: tuple[Combine, ...]
     ties: bool = False
+    rounds: int = 1
 
     def rows(self, normals: DoubleArray) -> DoubleArray:
         """Return rows (..., 1 + k, 6): that of the normal stress, then those of the amplitude."""
@@ -70,7 +72,11 @@ def swt(material: Material) -> PlaneCriterion:
     def strain_rows(normals: DoubleArray) -> DoubleArray:
         return ((1.0 + nu) * traction_rows(normals, normals) - nu * trace)[..., None, :] / E
 
-    return _ranked_by_itself(strain_rows, lambda amplitude, normal: _tension(normal) * amplitude)
+    def rank(amplitude: DoubleArray, normal: DoubleArray) -> DoubleArray:
+        """Rank planes without tension by their normal stress: tension may lie between them."""
+        return np.where(normal > 0.0, normal * amplitude, normal)
+
+    return PlaneCriterion(strain_rows, lambda amplitude, normal: _tension(normal) * amplitude, (rank,), rounds=10)
 
 
 def _shear_rows(normals: DoubleArray) -> DoubleArray:

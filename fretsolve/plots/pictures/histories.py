@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import RESIDUALS, rows_of_stick_zones
-from fretsolve.plots.canvas import Canvas, Target, canvas, panel_width, title_of
+from fretsolve.plots.canvas import LETTERS, Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
     CLOSED_FORM_POINTS,
@@ -42,6 +42,9 @@ CURVE_POINTS = 200
 WIDE = 4.5
 """Width (inches) from which on a panel has its legend beside it."""
 
+LETTERS_OF_LINE, BESIDE = 8, 0.6
+"""Letters that the sample of a line takes in a legend, and inches by which a legend may be wider than its panel."""
+
 COUNTS = {
     "iterations_normal": "normal iterations",
     "iterations_tangential": "tangential iterations",
@@ -66,7 +69,8 @@ def loop(result: Result, ax: Target = None) -> Figure:
             "displacements of a line contact have an unknown constant; profiles draws its slip, "
             "stick-history its stick zone"
         )
-    pairs = [pair for pair in moved if len(np.unique(result.history[pair.motion])) > 2]
+    levels = [[_levels(result.history[name]) for name in (pair.motion, pair.force)] for pair in moved]
+    pairs = [pair for pair, (motions, forces) in zip(moved, levels, strict=True) if motions > 2 and forces > 1]
     if not pairs and _bulk_moves(result):
         raise PictureError("bulk stress has no displacement of its own; stick-history and profiles show what it does")
     pairs = pairs or moved[:1]
@@ -152,6 +156,12 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     _tell_apart(drawn, axes, found)
 
 
+def _levels(values: DoubleArray) -> int:
+    """Return how many different values there are, but for rounding."""
+    size = float(np.nanmax(np.abs(values)))
+    return len(np.unique(np.round(values / size, 9))) if size else 1
+
+
 def _show_origin(axes: Axes, result: Result) -> None:
     """Have the origin in the limits of a single point, which has none of its own."""
     if result.increments == 1:
@@ -204,7 +214,9 @@ def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
         bar.set_ticks(MaxNLocator(integer=True))
         handles = [handle for handle in handles if not str(handle.get_label()).startswith("cycle")]
     if len(handles) > 1:
-        columns = 2 if panel_width(axes) > 2.4 else 1
+        width = panel_width(axes)
+        longest = sorted(len(str(handle.get_label())) for handle in handles)[-2:]
+        columns = 2 if width > 2.4 and sum(longest) + 2 * LETTERS_OF_LINE < LETTERS * (width + BESIDE) else 1
         axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns, frameon=False)
 
 

@@ -14,6 +14,7 @@ from command_line import invoke, python, refused, saved_steps
 from small_cases import CASE, write_case
 
 from fretsolve import load_case, open_result
+from fretsolve.commands.messages.run_messages import COMPILING
 from fretsolve.result.parts import parts_folder
 from fretsolve.setup.cost_estimate import estimate
 from fretsolve.setup.problem_setup import set_up
@@ -214,6 +215,12 @@ def test_result_beyond_the_disk_is_warned_of_or_refused(tmp_path: Path, monkeypa
 def test_quiet_run_without_warnings_prints_nothing(tmp_path: Path) -> None:
     result = invoke("run", write_case(tmp_path, CASE.replace("points: 16", "points: 32")), "-q")
     assert (result.exit_code, result.output) == (0, "")
+
+
+def test_quiet_run_tells_that_it_waits_for_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fretsolve.commands.run.when_compiling", lambda tell: tell())
+    result = invoke("run", write_case(tmp_path, CASE.replace("points: 16", "points: 32")), "-q")
+    assert (result.exit_code, result.stdout, result.stderr) == (0, "", f"{COMPILING}\n")
 
 
 def test_plain_run_loads_nothing_that_other_cases_need(tmp_path: Path) -> None:

@@ -181,6 +181,25 @@ def test_paraview_reads_xdmf_from_the_result_itself(paraview: Any, solved: Path,
                 np.testing.assert_array_equal(found, result.field(name, step))
 
 
+@pytest.mark.parametrize("name", ["a:b", " a", "a\\b"])
+def test_names_that_xdmf_cannot_hold_are_refused(solved: Path, tmp_path: Path, name: str) -> None:
+    """Read with VTK 9.7: a finished result in such a folder, and a text with such a name, give no points or no fields.
+
+    A backslash matters in the path of the text alone.
+    """
+    message = "which readers of XDMF do not find: rename files and folders whose names have a colon, a backslash"
+    assert message in refused(2, "export", solved, "--to", "xdmf", "-o", tmp_path / f"{name}.xdmf")
+    assert list(tmp_path.iterdir()) == []
+    folder = tmp_path / name
+    folder.mkdir()
+    there = solved.rename(folder / "out.h5") if solved.exists() else None
+    if there is not None:
+        words = "export", there, "--to", "xdmf", "-o", tmp_path / "out.xdmf"
+        done = invoke(*words)
+        there.rename(solved)
+        assert (message in done.stderr, done.exit_code) == ((False, 0) if "\\" in name else (True, 2))
+
+
 def test_where_there_is_no_material_points_are_hidden(paraview: Any, tmp_path: Path) -> None:
     text = CASE.replace("sphere: {radius: 10 mm}", "punch: {radius: 0.3 mm, edge_radius: 0.1 mm}")
     text = text.replace("points: [26, 24]", "points: [26, 24], size: 0.8 mm").replace("Mx: 4 N mm, ", "")

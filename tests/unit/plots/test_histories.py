@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import re
 from pathlib import Path
 
@@ -207,3 +209,29 @@ def test_bulk_stress_has_no_loop_of_its_own(tmp_path: Path) -> None:
         assert len(panels(plots.stick_history(result))) == 1  # yy goes with it
         with pytest.raises(PictureError, match="bulk stress has no displacement of its own; stick-history"):
             plots.loop(result)
+
+
+def test_legends_of_many_increments_leave_the_panels_as_they_are(tmp_path: Path) -> None:
+    """The words on marks are long: side by side they would take the panels' place, and lie over each other."""
+    stages = "{P: 400 N, increments: 30}, {Qx: 30 N, increments: 40}, {Qx: -30 N, increments: 40}, {Qx: 30 N}"
+    case = write_case(tmp_path, SPHERE.replace("{P: 400 N}, {Qx: 30 N, increments: 3}", stages))
+    assert invoke("run", case, "-q").exit_code == 0
+    with open_result(case.with_suffix(".h5")) as result:
+        for draw in (plots.loop, plots.stick_history):
+            figure = draw(result)
+            figure.draw_without_rendering()
+            drawn, width = panels(figure), figure.bbox.width
+            legends = [axes.get_legend().get_window_extent() for axes in drawn]
+            assert any("one in 2 increments marked" in text for axes in drawn for text in legend_texts(axes))
+            assert all(axes.bbox.width > 0.7 * width / len(drawn) for axes in drawn)
+            assert all(0.0 <= legend.x0 < legend.x1 <= width for legend in legends)
+            assert all(one.x1 < other.x0 for one, other in itertools.pairwise(legends))
+
+
+def test_a_load_that_is_constant_but_for_rounding_has_no_loop(results: dict[str, Result]) -> None:
+    """Wear sinks the bodies into each other at a load of 200 N and some 1e-10 N."""
+    result = results["fretting"]
+    noise = 1e-10 * np.random.default_rng(2).random(result.increments)
+    history = dict(result.history) | {"P": 200.0 + noise, "delta_z": np.linspace(1e-3, 2e-3, result.increments)}
+    (axes,) = panels(plots.loop(dataclasses.replace(result, history=history)))
+    assert axes.get_ylabel() == r"tangential force along x $Q_x$ (N)"

@@ -8,10 +8,13 @@ import os
 from pathlib import Path
 
 import pytest
+from command_line import invoke
 from fake_states import fake_header, fake_states
+from small_cases import write_case
 
 from fretsolve.errors import BusyError, FileError
 from fretsolve.result import HistoryWriter, open_result
+from fretsolve.result.lock import WITHOUT_LOCK
 
 
 def without_locks(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
@@ -21,12 +24,39 @@ def without_locks(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
     monkeypatch.setattr(fcntl, "flock", refuse)
 
 
-def test_no_locks_available(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EOPNOTSUPP])
+def test_a_run_goes_on_without_a_lock_and_warns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int) -> None:
     out = tmp_path / "out.h5"
-    without_locks(monkeypatch, errno.ENOLCK)
-    with pytest.raises(FileError, match="cannot begin the result: No locks available"):
-        HistoryWriter.open(out, fake_header())
+    without_locks(monkeypatch, number)
+    with HistoryWriter.open(out, fake_header()) as writer:
+        assert writer.notes == [f"{WITHOUT_LOCK} ({os.strerror(number)}): start one at a time"]
     assert list(tmp_path.iterdir()) == []
+    with HistoryWriter.open(out, fake_header()) as writer:
+        for state in fake_states(2):
+            writer.append(state)
+    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
+        assert len(writer.summaries) == 2
+        writer.finish("complete")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
+    assert open_result(out).increments == 2
+
+
+def test_another_error_of_the_lock_is_one_of_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    without_locks(monkeypatch, errno.EIO)
+    with pytest.raises(FileError, match="cannot begin the result: Input/output error"):
+        HistoryWriter.open(tmp_path / "out.h5", fake_header())
+
+
+@pytest.mark.parametrize("options", [["run", "-q"], ["study", "-q", "--vary", "grid.points=8,12", "--quantity", "P"]])
+def test_commands_say_once_that_there_is_no_lock(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str]
+) -> None:
+    without_locks(monkeypatch, errno.EOPNOTSUPP)
+    case = write_case(tmp_path)
+    done = invoke(*options, case)
+    assert done.exit_code == 0
+    assert done.stderr.count(WITHOUT_LOCK) == 1
+    assert not list(tmp_path.rglob("*.parts"))
 
 
 def test_a_file_stands_in_where_there_are_no_locks_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
