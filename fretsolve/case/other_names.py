@@ -32,11 +32,13 @@ UNKNOWN_TO_THE_MODEL = {
     "G shear_modulus": "young_modulus is 2 G (1 + poisson_ratio)",
     "thickness height depth width length specimen": (
         "bodies are half-spaces, without a thickness or sides. A rigid base 10 contact radii below a sphere lessens the"
-        " approach by 5 to 8 % and raises the largest pressure by less than 0.1 %; one 3 radii below, by 1 to 2 %"
+        " approach by 5 to 8 % and raises the largest pressure by less than 0.1 %; a base 3 radii below by 17 to 25 %"
+        " and 1 to 2 %"
     ),
     "coating coatings layer layers film": (
         "bodies are uniform, and coatings are not modelled. One of thickness t and Young's modulus E is compressed by"
-        " at most p t/E, which has to be small against delta_z"
+        " at most p t/E, which has to be small against delta_z; if it is stiffer than the body, t has to be small"
+        " against the contact radius"
     ),
     "plasticity plastic hardening hardening_modulus": (
         "bodies are elastic, and plastic flow is not modelled. yield_stress warns where it begins: under a sphere at a"
@@ -59,16 +61,23 @@ UNKNOWN_TO_THE_MODEL = {
 """Names of what no key gives, and why, with the place from which it matters."""
 
 
+ALIKE, MISSPELT = 0.7, 0.85
+"""Share of letters in common from which a name may be meant, and from which it is so even if it is another name."""
+
+
 def nearest(name: str, allowed: Collection[str]) -> str:
     """Return a hint for a name that is not among the `allowed`: the likely one, or all of them."""
     meant = close_name(name, allowed)
     return f"did you mean {meant!r}?" if meant else f"one of {', '.join(allowed)} is needed"
 
 
-def close_name(name: str, allowed: Iterable[str]) -> str | None:
-    """Return the name among the `allowed` that `name` nearly spells, in any case; None if there is none."""
+def close_name(name: str, allowed: Iterable[str], alike: float = ALIKE) -> str | None:
+    """Return the name among the `allowed` that `name` nearly spells, in any case; None if there is none.
+
+    alike: least share of letters in common.
+    """
     by_lower = {candidate.lower(): candidate for candidate in allowed}
-    return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=0.7)), None)
+    return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=alike)), None)
 
 
 def meant_by(name: str) -> Iterator[tuple[str, str]]:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from fretsolve.case.keys.unrolled_path import MANY_CYCLES, MOST_SOLVED_CYCLES, typed_key
-from fretsolve.case.other_names import close_name, key_meant, meant_by, nearest, not_modelled
+from fretsolve.case.other_names import ALIKE, MISSPELT, close_name, key_meant, meant_by, nearest, not_modelled
 from fretsolve.case.quantities import UNIT_NOTE, shown
 from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, KeyPath, dotted
@@ -39,19 +39,25 @@ def together(problems: Sequence[CaseError]) -> CaseError:
     return problems[0] if len(problems) == 1 else CaseErrors(problems)
 
 
-def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], *, outermost: bool = True) -> str:
+OF_THE_MODEL = ("bodies", "load_path", "friction", "wear")
+"""Parts of a case in which an unknown key may be of what is not modelled."""
+
+
+def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], parent: KeyPath = ()) -> str:
     """Return a hint for an unknown key: the likely one, also where it stands elsewhere in `schema`, or why there is
     none.
 
-    outermost: whether it is a key of the outermost mapping of the file.
+    parent: the mapping of the file that it stands in.
     """
-    if close_name(name, allowed) is None:
+    here = any(key in allowed for key, _ in meant_by(name))
+    if close_name(name, allowed, MISSPELT if here else ALIKE) is None:
         for key, noun in sorted(meant_by(name), key=lambda one: one[0] not in allowed):
-            if (place := repr(key) if key in allowed else _place(key, schema)) is not None:
+            elsewhere = _place(key, schema) if len(name) > 1 or not parent else None  # a letter has many meanings
+            if (place := repr(key) if key in allowed else elsewhere) is not None:
                 return f"{noun} is {place}"
-        if (reason := not_modelled(name)) is not None:
+        if (not parent or parent[0] in OF_THE_MODEL) and (reason := not_modelled(name)) is not None:
             return reason
-        if outermost and (place := _place(name, schema)) is not None:
+        if not parent and (place := _place(name, schema)) is not None:
             return f"did you mean {place}?"
     return nearest(name, allowed)
 
@@ -130,7 +136,7 @@ class _Reader:
             name, allowed = str(key[-1]), self.keys(key[:-1])
             if name in allowed:  # of another alternative, as P beside cycle
                 return f"key {shown(name)} cannot stand beside the other keys here; remove it"
-            hint = nearest_key(name, allowed, self._schema, outermost=not key[:-1])
+            hint = nearest_key(name, allowed, self._schema, key[:-1])
             return f"unknown key {shown(name)}; {hint}"
         if kind == "literal_error":
             # pydantic's 'a', 'b' or 'c', or 1 or 2

@@ -122,7 +122,7 @@ def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
     with reported("cannot be read", path):
         if not path.is_dir():
             return [path], []
-        files = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml") and file.is_file())
+        files = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml") and not file.is_dir())
     needed = [key for key, field in Case.model_fields.items() if field.is_required()]
     cases: list[Path] = []
     others: list[Path] = []

@@ -147,7 +147,7 @@ def _require_comparison(source: Path, study: Assessment) -> None:
     if len(failed) == len(study.rows):
         raise none_solved(source, failed[0].outcome.failure)
     if not study.quantities:
-        why, left_out = "0", listed(study.left_out)
+        why, left_out = "0 or not known in the reference", listed(study.left_out)
         if study.plan.cases[0].setup.model.line:
             why = "0, or displacements of a line contact, which a reference_depth makes known"
         raise CaseError(f"nothing to compare, since {why}: {left_out}; name others with --quantity", (), source)

@@ -68,4 +68,6 @@ def _cell(table: CycleTable, name: str, row: int, factor: float) -> str:
     value = factor * table.columns[name][row]
     text = "-" if np.isnan(value) else f"{value:.4g}"
     bar = factor * table.columns[name + ERROR_SUFFIX][row] if name + ERROR_SUFFIX in table.columns else np.nan
+    if np.isinf(bar):
+        return f"{text} ± unbounded"
     return f"{text} ± {bar:.1e}" if np.isfinite(bar) and bar > 1e-14 * abs(value) else text

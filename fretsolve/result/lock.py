@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import os
 import pwd
@@ -18,7 +17,7 @@ from typing import TYPE_CHECKING
 from fretsolve.errors import BusyError, FileError
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of
-from fretsolve.system.foreign_files import read_small_text
+from fretsolve.system.foreign_files import NO_LOCKS, read_small_text
 
 if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock nothing
     from filelock import BaseFileLock
@@ -27,9 +26,6 @@ LOCK_NAME, HOLDER_NAME = "lock", "holder"
 LOCK_ATTEMPTS = 3
 WAIT, POLL = 0.2, 0.02
 """Seconds to wait in an attempt: a reader that asks whether a run goes on holds the lock for some microseconds."""
-
-NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
-"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
 
 WITHOUT_LOCK = "the file system has no locks, so nothing keeps a second run from writing this result"
 

@@ -21,7 +21,8 @@ from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 LEAST_MOTION_SCALE = 1e-3
-"""Least scale of tangential displacements over the approach, and of phi_z over approach by radius."""
+"""Least scale of tangential displacements over the approach, of phi_z over approach by radius, and of the dissipated
+energy over P times the approach."""
 
 ROUNDING = 1e-9
 """Largest size of a load or displacement that is 0 but for rounding, over the load or displacement that presses."""
@@ -35,6 +36,7 @@ SCALES = {
     **dict.fromkeys(("delta_x", "delta_y"), "the largest tangential displacement"),
     **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
     "stick_radius": "the largest contact radius",
+    "work_total": "its largest value, or of a thousandth of P times delta_z if that is more",
 }
 """The scales of errors in words; that of any other quantity is its largest value, at the ends of stages."""
 
@@ -213,5 +215,8 @@ def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, fl
         **dict.fromkeys(("phi_x", "phi_y"), turn),
         "phi_z": max(largest["phi_z"], LEAST_MOTION_SCALE * turn),
         "stick_radius": radius,
+        "work_total": max(largest["work_total"], LEAST_MOTION_SCALE * force * approach)
+        if largest["work_total"]
+        else 0.0,
         **dict.fromkeys(unknown, 0.0),
     }

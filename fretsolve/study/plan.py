@@ -115,7 +115,8 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
     compared, unknown = compared_quantities(quantities, stages, setup, kind, known)
     if not compared:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
-    why = setup.closed_forms.why_not_mindlin if unknown else ""
+    of_mindlin = kind == "closed-form" and any(one.name in OF_MINDLIN for one in unknown)
+    why = setup.closed_forms.why_not_mindlin if of_mindlin else ""
     cases.sort(key=lambda one: (one is not costliest, one.expected.seconds))
     manifest = Manifest(
         folder,

@@ -170,10 +170,15 @@ def _fixed(study: Assessment) -> Iterator[TextColumn]:
 
 def _errors(study: Assessment) -> Iterator[TextColumn]:
     yield study.largest, study.difference, "%", *(_cell(row, row.worst) for row in study.rows)
+    differ = len({tuple(study.stages_of(name)) for name in study.names}) > 1
     for name in study.names:
         first, _, second = name.rpartition("_")
-        heading = (first, second) if len(second) > 1 and first else (name, f"@{index_list(study.stages_of(name))}")
-        yield *heading, "%", *(_cell(row, study.error_of(row, name)) for row in study.rows)
+        stages, units = f"@{index_list(study.stages_of(name))}", "%"
+        if len(second) > 1 and first:
+            heading, units = (first, second), f"{stages} %" if differ else "%"
+        else:
+            heading = name, stages
+        yield *heading, units, *(_cell(row, study.error_of(row, name)) for row in study.rows)
 
 
 def _cell(row: AssessedRun, error: float) -> str:

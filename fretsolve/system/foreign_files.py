@@ -5,6 +5,7 @@ Loads no h5py until an HDF5 file is opened.
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import select
@@ -31,6 +32,9 @@ PIPE_SECONDS = 15.0
 
 MOST_NODES, DEEPEST = 2**15, 64
 """Groups and datasets of an HDF5 file, and groups within one another."""
+
+NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
+"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
 
 PICTURE_MARK = "drawn by fretsolve"
 """In the metadata of every picture, by which one is known before it is replaced."""
@@ -122,14 +126,20 @@ def read_small_text(path: Path, what: str, most: int = 2**30) -> str:
 
 
 def open_hdf5(path: Path) -> Any:
-    """Open an HDF5 file for reading, without a lock: it is whole, and some file systems have none.
+    """Open an HDF5 file for reading, without a lock where the file system has none: the file is whole.
 
-    Raises FileError if it is not a regular file, OSError.
+    With one elsewhere, since HDF5 opens no file of a process in both ways. Raises FileError if it is not a regular
+    file, OSError.
     """
     import h5py
 
     require_regular(path)
-    return h5py.File(path, "r", locking=False)
+    try:
+        return h5py.File(path, "r")
+    except OSError as error:
+        if error.errno not in NO_LOCKS:
+            raise
+        return h5py.File(path, "r", locking=False)
 
 
 def try_attributes(path: Path) -> None:

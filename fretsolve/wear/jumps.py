@@ -97,9 +97,8 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimit
     if last is None:
         # its error goes with its square, and no later jump can take back what wear_error counts of it
         part = min(1.0, math.sqrt(jumps.tolerance / USUAL_TOLERANCE))
-        steady = max(SHORTEST_JUMP, FIRST_SHARE * limits.most)
-        shallow = max(SHORTEST_JUMP, part * FIRST_DEPTH * limits.scale / depth)
-        most = min(most, shallow, part * FIRST_SHARE * left, steady)
+        first = min(part * FIRST_DEPTH * limits.scale / depth, part * FIRST_SHARE * left, FIRST_SHARE * limits.most)
+        most = min(most, max(SHORTEST_JUMP, first), FIRST_SHARE * left)
     else:
         before, error = cycles[last], cycles[last + 1].error
         growth = math.sqrt(SAFETY * allowed * before.jumped_volume / error) if error > 0.0 else MOST_GROWTH

@@ -38,7 +38,7 @@ from fretsolve.system.progress import json_line, key_value_line, print_error_lin
 MOST_STAGES_IN_TABLE = 30
 """A run with more stages prints no table; `fretsolve show` does."""
 
-COMPILING = "compiling the kernels, which takes 10 to 30 s, once on this machine"
+COMPILING = "compiling kernels, which takes up to 30 s the first time"
 
 
 class QuietMessages:

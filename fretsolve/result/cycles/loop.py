@@ -18,6 +18,12 @@ OF_A_PARABOLA = 0.25
 """Distance of a parabola from the chord of an increment over the distance from there to the chord beside it, continued,
 in the middle of equal increments."""
 
+ROUNDING = 1e-9
+"""Largest change of the force over its range that is rounding."""
+
+FEWEST_INCREMENTS = 8
+"""Increments from which the polygon through them tells the area of a loop: two for each quarter of it."""
+
 LEAST_COMPLIANCE = 0.5
 """Least extrapolated compliance at a reversal over that of the first increment: where the increment has more slip than
 elastic displacement, its points do not tell the slope."""
@@ -45,17 +51,18 @@ def half_width(force: DoubleArray, motion: DoubleArray, begin: int, end: int) ->
     begin, end: the places of its ends, between which one branch lies; the other one is what is left.
     """
     middle = 0.5 * float(force.max() + force.min())
-    closed_force, closed_motion = (np.concatenate([one[end:], one[1 : begin + 1]]) for one in (force, motion))
+    rest = slice(0, begin + 1 if begin else 0)  # of the branch back, where the cycle begins within it
+    back_force, back_motion = (np.concatenate([one[end:], one[rest]]) for one in (force, motion))
     going = _crossing(force[begin : end + 1], motion[begin : end + 1], middle)
-    coming = _crossing(closed_force, closed_motion, middle)
+    coming = _crossing(back_force, back_motion, middle)
     return Measure(0.5 * abs(going.value - coming.value), 0.5 * (going.error + coming.error))
 
 
 def _crossing(force: DoubleArray, motion: DoubleArray, middle: float) -> Measure:
-    """Return the motion where a branch, from its reversal on, first crosses a force."""
+    """Return the motion where a branch of two increments or more, from its reversal on, first crosses a force."""
     over = force - middle
     crossed = np.flatnonzero((over[:-1] * over[1:] <= 0.0) & (over[:-1] != over[1:]))
-    if not len(crossed):
+    if not len(crossed) or len(force) < 3:
         return UNKNOWN
     at = int(crossed[0])
 
@@ -65,8 +72,9 @@ def _crossing(force: DoubleArray, motion: DoubleArray, middle: float) -> Measure
 
     # The motion at the reversal stands for a chord before the first one: no motion goes back there.
     beside = [on_chord(at - 1) if at else float(motion[0]), on_chord(at + 1) if at + 2 < len(force) else math.nan]
-    chord = on_chord(at)
-    ways = sorted((one - chord for one in beside if math.isfinite(one)), key=abs)
+    chord, (low, high) = on_chord(at), sorted(motion[at : at + 2].tolist())
+    # Within the increment the motion does not leave its ends; a chord that rises by a rounding does.
+    ways = sorted((min(max(one, low), high) - chord for one in beside if math.isfinite(one)), key=abs)
     return Measure(chord + OF_A_PARABOLA * ways[0], (1.0 - OF_A_PARABOLA) * abs(ways[0])) if ways else UNKNOWN
 
 
@@ -77,7 +85,10 @@ def reversal_stiffness(force: DoubleArray, motion: DoubleArray) -> Measure:
     slip begins at the edge; so the slope at the reversal follows from both. Since the compliance grows ever faster, the
     slope lies between this one and the slope of the first increment.
     """
-    found = [_stiffness_after(force[turn:], motion[turn:]) for turn in _reversals(motion)]
+    # Where the force is held, rounding turns the motion.
+    least = ROUNDING * float(np.ptp(force))
+    turns = [turn for turn in _reversals(motion) if abs(force[turn + 1] - force[turn]) > least]
+    found = [_stiffness_after(force[turn:], motion[turn:]) for turn in turns]
     if not found:
         return UNKNOWN
     return Measure(float(np.mean([one.value for one in found])), max(one.error for one in found))
@@ -121,9 +132,9 @@ def _peak_error(values: DoubleArray, stage: DoubleArray) -> float:
 
 
 def area(force: DoubleArray, motion: DoubleArray) -> Measure:
-    """Return the area that a loop encloses, and its error from every other point."""
+    """Return the area that a loop encloses, and its error from every other point: unbounded where there are few."""
     some = np.unique([*range(0, len(force), 2), len(force) - 1])
     whole, coarse = (
         abs(0.5 * float(np.dot(force[at][1:] + force[at][:-1], np.diff(motion[at])))) for at in (slice(None), some)
     )
-    return Measure(whole, abs(whole - coarse) / 3.0)
+    return Measure(whole, abs(whole - coarse) if len(force) > FEWEST_INCREMENTS else math.inf)

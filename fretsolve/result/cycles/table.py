@@ -55,6 +55,9 @@ FORCES = frozenset(name for pair in PAIRS[3:5] for name in pair)
 ROUND_OFF = 1e-12
 """Part of the displacement range below which the width of a loop is 0."""
 
+HIDDEN, NOTEWORTHY = "hidden between increments", 0.05
+"""Error of the sliding ratio by the increments, of which no column is made, and how large it is worth a note."""
+
 LEAST_FORCE = 1e-8
 """Tangential force over P below which it is round-off."""
 
@@ -168,9 +171,11 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
         left = distance_to_limit(history, last)
         energy, value = (percent(round(one, 6)) for one in (left.energy, left.value))
         distances = (
-            f"the dissipated energy is within {energy} of its limit, {left.name} at the end within {value} of its"
-            f" scale, tolerance {percent(cycle.until)}"
+            f"by the last changes the dissipated energy is about {energy} from its limit, {left.name} at the end"
+            f" {value} of its scale, tolerance {percent(cycle.until)}"
         )
+        if len(last) == 2 and left.largest > cycle.until:
+            distances = "two cycles do not tell how far the limit is"
         if left.largest <= cycle.until:
             found.append((f"{cycle.key}: periodic after {ends} of at most {cycle.most}: {distances}", True))
         elif cycle.turn == cycle.most:
@@ -180,11 +185,18 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
 
 
 def _notes(rows: Sequence[Mapping[str, float]]) -> Iterator[str]:
-    """Yield why values of a table do not exist though its loops have a width."""
-    if any(math.isnan(row["reversal_stiffness"]) and row["sliding_amplitude"] > 0.0 for row in rows):
+    """Yield what the increments of loops do not tell, or not well."""
+    if (widest := float(np.nanmax([0.0, *(row[HIDDEN] for row in rows)]))) > NOTEWORTHY:
         yield (
-            "reversal_stiffness is not known: the first increment after a reversal slips farther than it strains the"
-            " bodies, or it is the only one; more increments tell the slope"
+            f"sliding_ratio is known to ± {widest:.2g} by these increments, and sliding_amplitude to half of that times"
+            " the displacement range; more of them tell both closer"
+        )
+    if any(
+        math.isnan(row["reversal_stiffness"]) and row["force_range"] * row["displacement_range"] > 0.0 for row in rows
+    ):
+        yield (
+            "reversal_stiffness is not known: it takes two increments after each reversal, the first of which strains"
+            " the bodies more than it slips; take more increments"
         )
 
 
@@ -233,13 +245,14 @@ def _measured(
         "displacement_range": motion_range,
         "force_drift": float(force[-1] - force[0]),
         "displacement_drift": float(motion[-1] - motion[0]),
+        HIDDEN: 2.0 * width.error / motion_range if motion_range > 0.0 else math.nan,
     }
     if "work_total" + ERROR_SUFFIX not in history:
         return row
     stage = _rows(history, "stage", cycle)
     by_increments = {
         "energy_ratio": enclosed.error / box if box > 0.0 else math.nan,
-        "sliding_ratio": 2.0 * width.error / motion_range if motion_range > 0.0 else math.nan,
+        "sliding_ratio": row[HIDDEN],
         "sliding_amplitude": width.error,
         "reversal_stiffness": stiffness.error,
         "force_range": range_error(force, stage),

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from fretsolve.case.history import Summary
+from fretsolve.case.history import PAIRS, Summary
 from fretsolve.simulation.error_bars.shear_memory import NO_SHEAR, ShearMemory
 
 Shares = tuple[float, float, float]
+
+SHEARING_PAIRS = PAIRS[3:]
+"""Tangential loads and motions."""
 
 LEAST_LEFT = 0.01
 """Part of the friction limit that counts as left, at least."""
@@ -62,7 +65,8 @@ class ShearPath:
     stage: their sum in this stage, and the largest one of earlier stages.
     edges: earlier edges of the stick zone; memory, at_once: how far the shear slips as it changes with the load, and as
     the run's increments take it. now: the summary of the last increment; before: that of the largest P of those before
-    it; None where there is none.
+    it; None where there is none. strained: part of the work of the shear in the last increment that strains the bodies.
+    By Cattaneo and Mindlin it is the stick radius over the contact radius, and where all slides it is nothing.
     """
 
     at: Shares = (0.0, 0.0, 0.0)
@@ -82,6 +86,7 @@ class ShearPath:
     at_once: ShearMemory = NO_SHEAR
     now: Summary | None = None
     before: Summary | None = None
+    strained: float = 1.0
 
     @property
     def last(self) -> float:
@@ -170,6 +175,7 @@ class ShearPath:
             at_once=at_once,
             now=summary,
             before=self._most_pressed,
+            strained=_strained(self.now, summary),
         )
 
     @property
@@ -189,6 +195,17 @@ def shares_of_limit(summary: Summary, carried: float) -> Shares:
 def share_of_limit(summary: Summary, carried: float) -> float:
     """Return how far a shear is from 0, over what friction carries (N); 0 where it carries nothing."""
     return math.hypot(*shares_of_limit(summary, carried)) if carried > 0.0 else 0.0
+
+
+def _strained(before: Summary | None, now: Summary) -> float:
+    """Return the part of the work of the shear in an increment that strains the bodies, 1 where it is not known."""
+    worked = 0.0
+    for load, motion in SHEARING_PAIRS:
+        mean, moved = getattr(now, load), getattr(now, motion)
+        if before is not None:
+            mean, moved = 0.5 * (mean + getattr(before, load)), moved - getattr(before, motion)
+        worked += mean * moved
+    return min(abs(1.0 - now.work / worked), 1.0) if worked > 0.0 else 1.0
 
 
 def _part_of_energy(slipping: float, at_once: float) -> float:

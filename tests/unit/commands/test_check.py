@@ -137,12 +137,14 @@ def test_cases_of_a_folder_are_checked_in_order_and_other_files_named(various: d
     assert [line for line in result.stdout.splitlines() if line.startswith(str(tmp_path))] == [*map(str, checked)]
     skipped = f"{folder / 'material.yaml'}, {folder / 'sweep.yaml'}"
     assert result.stdout.endswith(f"\n2 of 5 cases as expected; skipped, as they are no cases: {skipped}\n")
-    assert f"{folder / 'c.yaml'}:8: load_paths: " in result.stderr
+    assert f"{folder / 'c.yaml'}:8: load_paths: " in result.stdout
 
 
 def test_broken_file_of_a_folder_is_no_file_to_skip(tmp_path: Path) -> None:
     case = write_case(tmp_path, "bodies: [")
-    assert refused(2, "check", tmp_path).startswith(f"{case}:2: not valid YAML")
+    result = invoke("check", tmp_path)
+    assert (result.exit_code, result.stderr) == (2, "")
+    assert f"{case}\n  {case}:2: not valid YAML" in result.stdout
 
 
 @pytest.mark.parametrize("name", ["sweep.yaml", "case.txt", ""])

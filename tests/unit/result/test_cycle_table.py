@@ -105,7 +105,7 @@ def test_a_single_long_increment_after_a_reversal_tells_no_slope() -> None:
     history = loop(LIMIT, 1, turns=2, beyond=50e-3)
     table = table_of(history, {"amplitude": {"delta_x": 50e-3}, "times": 2})
     assert np.isnan(table.columns["reversal_stiffness"]).all()
-    assert table.notes[0].startswith("reversal_stiffness is not known: the first increment after a reversal slips")
+    assert table.notes[0].startswith("reversal_stiffness is not known: it takes two increments after each reversal")
     assert not table_of(loop(36.0, 10), {"amplitude": {"Qx": 36.0}, "times": 1}).notes
 
 

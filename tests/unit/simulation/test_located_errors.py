@@ -26,7 +26,7 @@ def located(folder: Path, error: NoSolutionError, *sets: str, step: int) -> NoSo
 
 def test_a_load_has_the_line_of_its_stage(tmp_path):
     error = located(tmp_path, SlidingError("gross slip", "Qx"), step=1)
-    assert (error.key, error.line) == (("load_path", 1, "Qx"), 10)
+    assert (error.key, error.line) == (("stage", 2, "Qx"), 10)
     assert error.message == "gross slip (increment 1, stage 2)"
 
 

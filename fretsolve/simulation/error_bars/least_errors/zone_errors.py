@@ -62,9 +62,6 @@ of torsions 0.18."""
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
 
-SLIDING = 1e-6
-"""Part of the friction limit left, up to which the whole contact slides: forces are known to it."""
-
 OPENED_STICK = 0.5
 """Least error of the stick radius over h in line contacts of unlike bodies whose pressing lets no cell stick. A shear
 opens a stick zone, beside the middle: of 11 random ones three had 0.45 to 0.62, and five less than 0.1. What the grids
@@ -154,10 +151,9 @@ class ZoneErrors:
     def _stick_radius(self, summary: Summary, outline: float, ratio: float, shear_path: ShearPath) -> float:
         """Return the least error of the stick radius; outline: that of the contact."""
         if summary.stick_radius == 0.0 and self.model.friction > 0.0:
-            if self.uniform and shear_path.to_limit <= SLIDING:
-                return 0.0
             # one less than a cell wide that is as long as the contact is in this proportion
-            return room(self.model) * UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
+            unseen = room(self.model) * UNSEEN_STICK * math.sqrt(_slenderness(summary)) * self.side
+            return min(unseen, summary.contact_radius * shear_path.strained)
         thin = self.unseen.sheared_annulus(summary, shear_path.memory.slipping)
         unseen = room(self.model) * max(thin - (summary.contact_radius - summary.stick_radius), 0.0)
         width = self.unseen.annulus(summary)

@@ -140,7 +140,7 @@ def test_imposed_values_have_the_bar_of_their_residual() -> None:
 
 
 def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
-    setup = setup_of(load_path=[{"P": 400}, {"delta_x": 2.5e-3, "increments": 2}])
+    setup = setup_of(load_path=[{"P": 400}, {"delta_x": 1.2e-3, "increments": 1}])
     rows = with_bars(setup)
     assert rows[-1][0].summary.stick_radius == 0.0
     assert rows[-1][1].stick_radius_error == pytest.approx(UNSEEN_STICK * setup.grid.dx)
@@ -152,11 +152,11 @@ def test_nothing_sticks_where_all_slides() -> None:
     """By displacement: next to gross slip a zone of less than a cell may stick, and in it none."""
     path = [{"P": 400.0}, {"delta_x": 4e-3, "increments": 8}]
     bars = with_bars(set_up(build(grid={"points": 24}, load_path=path)))
-    sliding = [state.summary.Qx > 40.0 * (1.0 - 1e-6) for state, _ in bars]
-    assert sliding[-1] and not sliding[1]
-    for (state, errors), slides in zip(bars, sliding, strict=True):
-        known = errors.stick_radius_error < 1e-6
-        assert known == slides, state.summary.step
+    last, errors = bars[-1]
+    assert last.summary.stick_radius == 0.0
+    assert errors.stick_radius_error < 1e-3 * last.summary.contact_radius
+    first = next(place for place, (state, _) in enumerate(bars) if state.summary.stick_radius == 0.0)
+    assert bars[first][1].stick_radius_error > 0.1 * last.summary.contact_radius / 12.0  # the increment that begins to
 
 
 def test_the_corrected_energy_never_falls() -> None:
