@@ -56,6 +56,14 @@ MOST_COLUMNS = 2
 LEGEND_WIDTH = 1.7
 """Inches of an entry in a legend."""
 
+BELOW_LABEL: dict[str, Any] = {
+    "loc": "upper center",
+    "bbox_to_anchor": (0.5, 0.0),
+    "borderaxespad": 4.2,
+    "frameon": False,
+}
+"""Place of a legend below the label of the x axis, whose distance is one of letters, however high the panel is."""
+
 LETTERS = 18
 """Letters per inch of an entry in a legend, with the signs of its symbols."""
 

@@ -7,22 +7,31 @@ has been learned by the error bars: then its mark goes.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
 from bars import ends_of_stages
 from scipy.integrate import quad
 from scipy.special import ellipk
-from solving import HERTZ, LOAD, MATERIAL, RADIUS, RIGID, build
+from solving import HERTZ, LOAD, MATERIAL, RADIUS, RIGID, A, build
 
+from fretsolve import open_result
 from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.reference.hertz import hertz_elliptic, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin
+from fretsolve.result import HistoryWriter
+from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.run_to_file import run_header, solve_missing
 
 FRICTION = 0.5
 STICKING = 1e-5
 """Force over that of gross slip, at which nearly all sticks."""
+
+
+class Unstopped:
+    requested = False
 
 
 def missed(*values: Any, by: float) -> Any:
@@ -137,3 +146,20 @@ def test_stick_radius_of_nearly_similar_bodies_that_are_pressed(tolerance: float
     friction = math.log(3.0) / ellipk(0.75) * abs(pair.dundurs_constant)
     case = build(friction=friction, solver={"tolerance": tolerance}, **parts)
     assert_bar_holds(case, "stick_radius", 0.5 * hertz_sphere(LOAD, RADIUS, pair.contact_modulus).contact_radius)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("points", "increments"), [missed(32, 40, by=3.1), missed(32, 100, by=11.8), (64, 100)])
+def test_stiffness_at_a_reversal_where_the_first_annulus_is_thinner_than_a_cell(
+    points: int, increments: int, tmp_path: Path
+) -> None:
+    """8 a/S: the more increments, the narrower the bar, but the error of the grid stays."""
+    path = [{"P": LOAD}, {"cycle": {"amplitude": {"Qx": 60.0}, "times": 2, "increments": increments}}]
+    setup = set_up(build(friction=0.3, grid={"points": points}, load_path=path, solver={"error_bars": True}))
+    with HistoryWriter.open(tmp_path / "out.h5", run_header(setup, 1, ())) as writer:
+        assert solve_missing(setup, writer, Unstopped())
+    with open_result(tmp_path / "out.h5") as result:
+        assert result.cycles is not None
+        found, bar = (float(result.cycles.columns[f"reversal_stiffness{end}"][-1]) for end in ("", "_error"))
+    right = 8.0 * A / MATERIAL.tangential
+    assert abs(found - right) <= bar, f"{found:.6g} +- {bar:.2g}, right {right:.6g}"

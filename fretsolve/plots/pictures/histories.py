@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import RESIDUALS, rows_of_stick_zones
-from fretsolve.plots.canvas import LETTERS, Canvas, Target, canvas, panel_width, title_of
+from fretsolve.plots.canvas import BELOW_LABEL, LETTERS, Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
     CLOSED_FORM_POINTS,
@@ -217,7 +217,7 @@ def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
         width = panel_width(axes)
         longest = sorted(len(str(handle.get_label())) for handle in handles)[-2:]
         columns = 2 if width > 2.4 and sum(longest) + 2 * LETTERS_OF_LINE < LETTERS * (width + BESIDE) else 1
-        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns, frameon=False)
+        axes.legend(handles=handles, ncols=columns, **BELOW_LABEL)
 
 
 def _energy(result: Result, energy: float, error: float = 0.0) -> str:

@@ -13,7 +13,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.plots.canvas import Canvas, Target, canvas, scaled_height, title_of
+from fretsolve.plots.canvas import BELOW_LABEL, Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.plots.labels import increment_ticks, label_depth, marks
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.pictures.maps import set_x_ticks
@@ -112,7 +112,7 @@ def stress_cycle(
             axes.set(xlabel="increment", ylabel="stress (MPa)")
             axes.xaxis.set_major_locator(increment_ticks())
             # below the panel, as curves may fill it
-            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3, frameon=False)
+            axes.legend(ncols=3, **BELOW_LABEL)
         detail = f"body {body} at x = {x:.4g}, y = {y:.4g} mm on the surface, over {over}"
         drawn.heading(title_of(result), detail)
     return drawn.figure
