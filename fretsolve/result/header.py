@@ -198,15 +198,6 @@ def require_header_texts(attributes: Mapping[str, Any]) -> None:
         raise ValueError("effective_case is not a case")
 
 
-def present_case(effective_case: str) -> dict[str, Any]:
-    """Return an effective case from its JSON, also from that of an earlier version, with the present keys."""
-    case: dict[str, Any] = json.loads(effective_case)
-    solver = case.get("solver", {})
-    if "error_estimate" in solver:
-        solver["error_bars"] = solver.pop("error_estimate")
-    return case
-
-
 def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeader) -> None:
     """Raise FileError unless the run stored in `file`, with these attributes, gives the same numbers as `header`'s."""
     if (version := attributes["fretsolve_version"]) != header.version:
@@ -217,7 +208,7 @@ def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeade
         raise FileError("holds a run with error bars; add --error-bars, or start anew with --overwrite", file)
     from fretsolve.case.keys.unrolled_path import typed_key  # with it pydantic, which other results do without
 
-    load_path = present_case(header.attributes("running")["effective_case"]).get("load_path")
+    load_path = header.case.get("load_path")
     differences = [
         f"{dotted(typed_key(load_path, key))} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
         for key in {**there, **here}
@@ -237,7 +228,7 @@ def is_same_run(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 def _identity(attributes: Mapping[str, Any]) -> dict[KeyPath, str]:
     """Return the keys and values, as JSON, that decide what numbers a run gives."""
-    leaves = dict(_leaves(present_case(attributes["effective_case"])))
+    leaves = dict(_leaves(json.loads(attributes["effective_case"])))
     digests = json.loads(attributes.get("inputs", "{}"))
     leaves |= {("content of", name): digest for name, digest in digests.items()}
     return {key: json.dumps(value) for key, value in leaves.items()}

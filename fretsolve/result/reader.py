@@ -18,7 +18,7 @@ from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
 from fretsolve.result.checks import changed_content, content_of, require, require_known
-from fretsolve.result.header import LARGEST_HEADER, RunHeader, present_case, read_sealed, require_header_texts
+from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed, require_header_texts
 from fretsolve.result.layout import FORMAT_VERSION, HEADER_GROUP, QUANTITIES, STEP, has_cycles, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import HEADER_NAME, contiguous_parts, parts_folder, read_rows
@@ -79,7 +79,8 @@ class Result(AbstractContextManager["Result"]):
 
     @property
     def effective_case(self) -> dict[str, Any]:
-        return present_case(self.attributes["effective_case"])
+        case: dict[str, Any] = json.loads(self.attributes["effective_case"])
+        return case
 
     @cached_property
     def case(self) -> Case | None:
