@@ -129,7 +129,6 @@ class RunHeader:
     def from_json(cls, text: str) -> RunHeader:
         """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
         values = unsealed(text)
-        values.pop(CHECKSUM, None)  # earlier versions wrote none
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
         header = cls(**{**values, **axes, "fields": tuple(values["fields"])})
         require_header_texts(header.attributes("stopped"))
@@ -147,15 +146,11 @@ def sealed(values: Mapping[str, Any]) -> str:
 
 
 def unsealed(text: str) -> dict[str, Any]:
-    """Return what `sealed` has been given, and the checksum. Raises ValueError if the text has changed.
-
-    A text without a checksum, which earlier versions wrote, is taken as it is.
-    """
+    """Return what `sealed` has been given. Raises ValueError if the text has changed."""
     values = json.loads(text)
     if not isinstance(values, dict):
         raise ValueError("a JSON object is needed")
-    rest = {name: value for name, value in values.items() if name != CHECKSUM}
-    if CHECKSUM in values and values[CHECKSUM] != _digest(rest):
+    if values.pop(CHECKSUM, None) != _digest(values):
         raise ValueError("the checksum does not match, so the text was changed or is damaged")
     return values
 
@@ -177,7 +172,6 @@ def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         raise ValueError(f"{name} must hold at most {LARGEST_HEADER} bytes")
     attributes = unsealed(stored[:].tobytes().decode())
     content = attributes.pop(CONTENT)
-    del attributes[CHECKSUM]
     return attributes, content
 
 
