@@ -127,7 +127,7 @@ class Piece(AbstractContextManager["Piece"]):
             return x, y
 
     def require_run(self, header: RunHeader) -> None:
-        """Raise FileError if this is a part of another run, or has other columns. Results and beginnings name none."""
+        """Raise FileError if this is a part of another run, or has other columns. Only parts name their run."""
         rows = self.rows()
         with damage_reported(self.path, RUN):
             if RUN in self.file and own_dataset(self.file, RUN)[:].tobytes() != header.digest:
