@@ -27,7 +27,7 @@ MATERIAL = Material(
     tension_limit=300.0,
     torsion_limit=190.0,
     tensile_strength=700.0,
-    yield_strength=500.0,
+    yield_stress=500.0,
     young_modulus=200e3,
     poisson_ratio=0.3,
 )

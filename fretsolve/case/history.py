@@ -147,8 +147,7 @@ class Summary:
 
 
 EXTENTS = tuple(column.name for column in fields(Summary) if "_width_" in column.name or "_center_" in column.name)
-"""Widths and middles of the zones. NaN stands for the middle of a zone that does not exist, and for all of them in
-results of versions that did not have them."""
+"""Widths and middles of the zones. NaN stands for the middle of a zone that does not exist."""
 
 DIMENSIONS_BY_NAME: dict[str, Dimension] = {column.name: column.metadata["dimension"] for column in fields(Summary)}
 

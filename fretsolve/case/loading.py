@@ -24,9 +24,6 @@ File = TypeVar("File", bound=BaseModel)
 EVERY_STAGE = ("stage.*.", "load_path.*.")
 """Beginnings of a key that stands for that of every stage, those of cycles included."""
 
-RENAMED: dict[KeyPath, str] = {("solver", "error_estimate"): "error_bars"}
-"""Keys of earlier versions, which are still read, and their present names."""
-
 MATERIAL = ("output", "fatigue", "material")
 """The key that may name a file of constants."""
 
@@ -119,13 +116,6 @@ def read_case(path: str | Path, *, pipe: bool = False) -> CaseText:
         raise CaseError(error.message, (), path, error.line) from None
     source = CaseSource(path, text, parsed.place, data=parsed.value)
     problems = [CaseError(flaw.message, source.typed(flaw.key), path, flaw.line) for flaw in parsed.flaws]
-    for (part, old), new in RENAMED.items():
-        inner = parsed.value.get(part) if isinstance(parsed.value, dict) else None
-        if isinstance(inner, dict) and {old, new} <= inner.keys():
-            problems.append(source.problem(f"{old} and {new} are two names of one key; keep {new}", (part, old)))
-        elif isinstance(inner, dict) and old in inner:
-            places = parsed.place.inside[part].inside
-            inner[new], places[new] = inner.pop(old), places.pop(old)
     return CaseText(parsed.value, source, tuple(problems))
 
 
@@ -211,7 +201,7 @@ def _present_key(key: KeyPath, data: dict[str, Any]) -> KeyPath:
         return place + key[2:]
     if key[:2] == ("surface", 0) and isinstance(data.get("surface"), dict):
         return key[:1] + key[2:]
-    return (key[0], RENAMED[key[:2]], *key[2:]) if key[:2] in RENAMED else key
+    return key
 
 
 def _overridden(data: Any, source: CaseSource, text: str, given: str) -> tuple[Any, CaseSource]:

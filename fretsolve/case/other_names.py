@@ -8,8 +8,7 @@ from collections.abc import Collection, Iterable, Iterator
 MEANT = (
     ("young_modulus", "Young's modulus", "E elastic_modulus modulus"),
     ("poisson_ratio", "Poisson's ratio", "nu v poisson"),
-    ("yield_stress", "the yield stress, which is for a warning alone,", "yield sigma_y Sy Re Rp02"),
-    ("yield_strength", "the yield strength", "yield sigma_y Sy Re Rp02"),
+    ("yield_stress", "the yield stress", "yield sigma_y Sy Re Rp02"),
     ("friction", "the coefficient of friction", "mu COF f friction_coefficient coefficient_of_friction"),
     ("coefficient", "the coefficient of friction", "mu COF f"),
     ("radius", "the radius", "R r"),

@@ -85,9 +85,8 @@ def spot_warnings(history: Mapping[str, NDArray[Any]]) -> list[str]:
         return []
     spots, small = history["spots"], history["small_spots"]
     found = []
-    # From the first contact on; what earlier versions did not count is -1.
-    known = np.minimum(spots[1:], spots[:-1]) >= 0
-    changes = np.flatnonzero((np.diff(spots) != 0) & known & (np.maximum.accumulate(spots)[:-1] > 0)) + 1
+    # From the first contact on.
+    changes = np.flatnonzero((np.diff(spots) != 0) & (np.maximum.accumulate(spots)[:-1] > 0)) + 1
     if len(changes):
         named = ", ".join(map(str, changes[:MOST_NAMED].tolist()))
         more = f" and {len(changes) - MOST_NAMED} more" if len(changes) > MOST_NAMED else ""

@@ -17,7 +17,6 @@ from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average, depth_weights
 from fretsolve.fatigue.criteria.invariants import COMPONENTS
 from fretsolve.fatigue.cycle import opening, require_states
-from fretsolve.result.header import present_case
 from fretsolve.stress.stress_file import BodyStress
 from fretsolve.stress.tractions import cycle_stages
 from fretsolve.system.arrays import DoubleArray
@@ -108,7 +107,8 @@ def opening_of(stress: DoubleArray) -> float:
 
 
 def _effective(attributes: Any) -> dict[str, Any]:
-    return present_case(attributes["effective_case"]) if "effective_case" in attributes else {}
+    effective: dict[str, Any] = json.loads(attributes.get("effective_case", "{}"))
+    return effective
 
 
 def _case(attributes: Any) -> Case | None:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.history import EXTENTS
-from fretsolve.result.layout import ERRORS, FORMER_NAMES, HISTORY, QUANTITIES, STEP, Quantity, optional_among
-from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ZONE_NAMES
+from fretsolve.result.layout import ERRORS, HISTORY, QUANTITIES, STEP, Quantity, optional_among
+from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import own_dataset
 
@@ -24,9 +24,6 @@ _MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
 MOST_SMALL_BYTES, MOST_STEP_BYTES, USUAL_RATIO = 2**28, 2**24, 32
 """Bytes of the history or an axis, and of the increments of fields, that a small file may hold; and bytes of numbers
 for a stored byte, beyond that. Histories of runs compress to a third."""
-
-COLUMN_NAMES = frozenset((*QUANTITIES, *FORMER_NAMES.values()))
-"""Columns of the history that this version reads."""
 
 UNKNOWN_OF_A_LINE = ("delta_z", "delta_x", "delta_y")
 """Columns that a line contact leaves unknown throughout."""
@@ -67,40 +64,23 @@ def read_column(dataset: Any) -> NDArray[Any]:
     return np.asarray(dataset[:])
 
 
-def row_type(errors: bool, optional: Sequence[Quantity], *, corrected: bool = True) -> np.dtype[Any]:
+def row_type(errors: bool, optional: Sequence[Quantity]) -> np.dtype[Any]:
     """Return the type of a record of the history, the step first, error bars and corrected values last.
 
-    errors, corrected: whether there are any; optional: the columns that not every result has.
+    errors: whether there are any; optional: the columns that not every result has.
     """
     quantities = (STEP, *HISTORY, *optional, *(ERRORS if errors else ()))
-    chosen = [one for one in quantities if corrected or CORRECTED_SUFFIX not in one.name]
-    return np.dtype([(quantity.name, quantity.dtype) for quantity in chosen])
-
-
-def widened(rows: NDArray[Any], kind: np.dtype[Any]) -> NDArray[Any]:
-    """Return records of earlier versions as `kind`, with NaN for the values that they lack, -1 for whole numbers."""
-    if rows.dtype == kind:
-        return rows
-    whole = np.empty(rows.shape, kind)
-    for name in kind.names or ():
-        unknown = -1 if kind[name].kind == "i" else np.nan
-        whole[name] = rows[name] if name in (rows.dtype.names or ()) else unknown
-    return whole
+    return np.dtype([(quantity.name, quantity.dtype) for quantity in quantities])
 
 
 def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
-    """Return columns, which may have the names of earlier versions, as a record per increment.
+    """Return columns as a record per increment.
 
     Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
     """
-    corrected = any(CORRECTED_SUFFIX in name for name in columns)
-    kind = row_type(ERRORS[0].name in columns, optional_among(columns.keys()), corrected=corrected)
-    rows = np.empty(columns["step"].shape, kind)
+    rows = np.empty(columns["step"].shape, row_type(ERRORS[0].name in columns, optional_among(columns.keys())))
     for name in rows.dtype.names or ():
-        if name.removesuffix(ERROR_SUFFIX) in EXTENTS and name not in columns:  # a result of an earlier version
-            rows[name] = np.nan
-            continue
-        column = columns[name if name in columns else FORMER_NAMES.get(name, name)]
+        column = columns[name]
         whole = rows.dtype[name].kind == "i"
         require(column.shape == rows.shape, name, f"{len(rows)} numbers, one per increment")
         require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
@@ -111,12 +91,6 @@ def row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     first = rows["step"][0] if len(rows) else 0
     require((rows["step"] == first + np.arange(len(rows))).all(), "step", "numbers that follow each other")
     return rows
-
-
-def require_known(rows: NDArray[Any]) -> None:
-    """Raise ValueError if a history has no number where only a line contact has none."""
-    for name in UNKNOWN_OF_A_LINE:
-        require(np.isfinite(rows[name]).all(), name, "finite numbers, NaN is damage")
 
 
 def content_of(
@@ -145,6 +119,6 @@ def read_columns(group: Any, digests: Mapping[str, str]) -> dict[str, NDArray[An
 
 
 def changed_content(stored: Mapping[str, Any], found: Mapping[str, Any]) -> list[str]:
-    """Return the names of what differs between two of `content_of`. Another version may have other columns."""
-    columns = [name for name, digest in found["columns"].items() if stored["columns"].get(name, digest) != digest]
+    """Return the names of what differs between two of `content_of`. A newer version may have more columns."""
+    columns = [name for name, digest in found["columns"].items() if stored["columns"].get(name) != digest]
     return columns + sorted({name for name in stored["fields"] if name in QUANTITIES} ^ set(found["fields"]))

@@ -129,7 +129,6 @@ class RunHeader:
     def from_json(cls, text: str) -> RunHeader:
         """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
         values = unsealed(text)
-        values.pop(CHECKSUM, None)  # earlier versions wrote none
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
         header = cls(**{**values, **axes, "fields": tuple(values["fields"])})
         require_header_texts(header.attributes("stopped"))
@@ -147,15 +146,11 @@ def sealed(values: Mapping[str, Any]) -> str:
 
 
 def unsealed(text: str) -> dict[str, Any]:
-    """Return what `sealed` has been given, and the checksum. Raises ValueError if the text has changed.
-
-    A text without a checksum, which earlier versions wrote, is taken as it is.
-    """
+    """Return what `sealed` has been given. Raises ValueError if the text has changed."""
     values = json.loads(text)
     if not isinstance(values, dict):
         raise ValueError("a JSON object is needed")
-    rest = {name: value for name, value in values.items() if name != CHECKSUM}
-    if CHECKSUM in values and values[CHECKSUM] != _digest(rest):
+    if values.pop(CHECKSUM, None) != _digest(values):
         raise ValueError("the checksum does not match, so the text was changed or is damaged")
     return values
 
@@ -177,7 +172,6 @@ def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         raise ValueError(f"{name} must hold at most {LARGEST_HEADER} bytes")
     attributes = unsealed(stored[:].tobytes().decode())
     content = attributes.pop(CONTENT)
-    del attributes[CHECKSUM]
     return attributes, content
 
 
@@ -198,15 +192,6 @@ def require_header_texts(attributes: Mapping[str, Any]) -> None:
         raise ValueError("effective_case is not a case")
 
 
-def present_case(effective_case: str) -> dict[str, Any]:
-    """Return an effective case from its JSON, also from that of an earlier version, with the present keys."""
-    case: dict[str, Any] = json.loads(effective_case)
-    solver = case.get("solver", {})
-    if "error_estimate" in solver:
-        solver["error_bars"] = solver.pop("error_estimate")
-    return case
-
-
 def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeader) -> None:
     """Raise FileError unless the run stored in `file`, with these attributes, gives the same numbers as `header`'s."""
     if (version := attributes["fretsolve_version"]) != header.version:
@@ -217,7 +202,7 @@ def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeade
         raise FileError("holds a run with error bars; add --error-bars, or start anew with --overwrite", file)
     from fretsolve.case.keys.unrolled_path import typed_key  # with it pydantic, which other results do without
 
-    load_path = present_case(header.attributes("running")["effective_case"]).get("load_path")
+    load_path = header.case.get("load_path")
     differences = [
         f"{dotted(typed_key(load_path, key))} is {there.get(key, 'absent')} there, {here.get(key, 'absent')} now"
         for key in {**there, **here}
@@ -237,7 +222,7 @@ def is_same_run(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
 
 def _identity(attributes: Mapping[str, Any]) -> dict[KeyPath, str]:
     """Return the keys and values, as JSON, that decide what numbers a run gives."""
-    leaves = dict(_leaves(present_case(attributes["effective_case"])))
+    leaves = dict(_leaves(json.loads(attributes["effective_case"])))
     digests = json.loads(attributes.get("inputs", "{}"))
     leaves |= {("content of", name): digest for name, digest in digests.items()}
     return {key: json.dumps(value) for key, value in leaves.items()}

@@ -56,8 +56,7 @@ BULK_HISTORY = tuple(one for one in _COLUMNS if one.name.startswith("bulk_"))
 """Bulk stresses; only in results of cases that have one."""
 
 SPOT_HISTORY = tuple(one for one in _COLUMNS if one.name in SPOTS)
-"""Numbers of spots; only in results of cases that may have several. -1 where they were not counted, in increments of
-earlier versions."""
+"""Numbers of spots; only in results of cases that may have several."""
 
 WEAR_HISTORY = tuple(one for one in _COLUMNS if one.name in OF_WEAR)
 """Wear; only in results of cases that have it."""
@@ -92,9 +91,6 @@ ERRORS = (
     Quantity("coarse_runs_wall_time", "s", "wall-clock time of the error bars"),
 )
 """Error bars and corrected values, as `HISTORY`; only in results of cases with `solver.error_bars`."""
-
-FORMER_NAMES = {f"coarse_runs_{cost}": f"companion_{cost}" for cost in ("applications", "wall_time")}
-"""Names of columns in results of earlier versions."""
 
 FIELDS = (
     FieldQuantity("pressure", "MPa", "pressure", array="pressure"),

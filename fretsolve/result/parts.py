@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
-from fretsolve.result.checks import content_of, row_type, widened
+from fretsolve.result.checks import content_of, row_type
 from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
@@ -220,7 +220,7 @@ def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State
             tables.append(piece.rows())
             piece.require_run(header)
             piece.require_steps(header.stores_fields)
-    return np.concatenate([*(widened(table, kind) for table in tables), np.array(rows, kind)])
+    return np.concatenate([*tables, np.array(rows, kind)])
 
 
 def _write_fields(

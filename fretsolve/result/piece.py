@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError, shortened
 from fretsolve.result.checks import (
-    COLUMN_NAMES,
     MOST_STEP_BYTES,
     checked_plane,
     read_column,
@@ -23,10 +22,9 @@ from fretsolve.result.checks import (
     require_modest,
     row_records,
     row_type,
-    widened,
 )
 from fretsolve.result.header import RunHeader
-from fretsolve.result.layout import CHANGE, DERIVED_FIELDS, RESTART, WEAR, optional_among
+from fretsolve.result.layout import CHANGE, DERIVED_FIELDS, QUANTITIES, RESTART, WEAR
 from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors, WearState
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
@@ -100,14 +98,13 @@ class Piece(AbstractContextManager["Piece"]):
         with damage_reported(self.path, "history"):
             if "rows" not in self.file:
                 group = own_node(self.file, "history")
-                known = {name: own_dataset(group, name) for name in group if name in COLUMN_NAMES}
+                known = {name: own_dataset(group, name) for name in group if name in QUANTITIES}
                 require_modest(known)
                 return row_records({name: read_column(dataset) for name, dataset in known.items()})
-            stored = {name: own_dataset(self.file, name) for name in ("rows", "error_rows") if name in self.file}
-            require_modest(stored)
-            tables = [dataset[:] for dataset in stored.values()]
-            # Parts of earlier versions keep the error bars apart.
-            rows = row_records({name: read_column(table[name]) for table in tables for name in table.dtype.names or ()})
+            stored = own_dataset(self.file, "rows")
+            require_modest({"rows": stored})
+            table = stored[:]
+            rows = row_records({name: read_column(table[name]) for name in table.dtype.names or ()})
             part = part_of(self.path)
             of_name = part is None or rows["step"].tolist() == list(range(part.first, part.last + 1))
             require(of_name, "rows", "the increments that the name says")
@@ -130,10 +127,13 @@ class Piece(AbstractContextManager["Piece"]):
             return x, y
 
     def require_run(self, header: RunHeader) -> None:
-        """Raise FileError if this is a part of another run. Parts of earlier versions do not say."""
+        """Raise FileError if this is a part of another run, or has other columns. Only parts name their run."""
+        rows = self.rows()
         with damage_reported(self.path, RUN):
             if RUN in self.file and own_dataset(self.file, RUN)[:].tobytes() != header.digest:
                 raise FileError("is a part of another run", self.path)
+        if rows.dtype != row_type(header.errors, header.optional_columns):
+            raise FileError("does not have the columns of this run", self.path)
 
     def require_steps(self, stores_fields: Callable[[int], bool], until: int | None = None) -> None:
         """Raise FileError unless `field_steps` are those that are stored, before `until`, by default the last."""
@@ -168,9 +168,7 @@ class Piece(AbstractContextManager["Piece"]):
     def state(self) -> State:
         """Return the last increment, exactly as it was."""
         rows = self.rows()
-        names = rows.dtype.names or ()
-        kind = row_type(ERROR_NAMES[0] in names, optional_among(names))
-        values = dict(zip(kind.names or (), widened(rows[-1:], kind)[0].item(), strict=True))
+        values = dict(zip(rows.dtype.names or (), rows[-1].item(), strict=True))
         summary, errors = _summary(values), [values[name] for name in ERROR_NAMES if name in values]
         with damage_reported(self.path, "restart"):
             group = own_node(self.file, "restart")

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
-from fretsolve.result.checks import changed_content, content_of, require, require_known
-from fretsolve.result.header import LARGEST_HEADER, RunHeader, present_case, read_sealed, require_header_texts
+from fretsolve.result.checks import changed_content, content_of
+from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed, require_header_texts
 from fretsolve.result.layout import FORMAT_VERSION, HEADER_GROUP, QUANTITIES, STEP, has_cycles, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.parts import HEADER_NAME, contiguous_parts, parts_folder, read_rows
 from fretsolve.result.piece import Part, Piece, damage_reported
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
-from fretsolve.system.foreign_files import open_hdf5, read_small_text, require_regular, try_attributes
+from fretsolve.system.foreign_files import open_hdf5, read_small_text, require_regular
 
 if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, takes long to load
     import xarray
@@ -79,7 +79,8 @@ class Result(AbstractContextManager["Result"]):
 
     @property
     def effective_case(self) -> dict[str, Any]:
-        return present_case(self.attributes["effective_case"])
+        case: dict[str, Any] = json.loads(self.attributes["effective_case"])
+        return case
 
     @cached_property
     def case(self) -> Case | None:
@@ -240,38 +241,21 @@ def read_attributes(out: Path) -> dict[str, Any]:
     return _read_attributes(out)[0]
 
 
-def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any] | None]:
-    """Return the root attributes of a result file, and digests of its content; earlier versions wrote none."""
+def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the root attributes of a result file, and digests of its content."""
     require_regular(out)
     if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
     with damage_reported(out, "header"), open_hdf5(out) as file:
-        if HEADER_GROUP in file:
-            attributes, content = read_sealed(file)
-        else:
-            attributes, content = _unchecked_attributes(out, file), None
-        _require_result(out, attributes)
-        version = str(attributes["format_version"])
-        require(version.isdecimal(), "format_version", "a whole number")
-        attributes["format_version"] = int(version)
-        _require_known_format(out, attributes["format_version"], str(attributes["fretsolve_version"]))
+        if HEADER_GROUP not in file:
+            raise FileError("an HDF5 file, but not a result of fretsolve: it has no header", out)
+        attributes, content = read_sealed(file)
+        if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):
+            what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
+            raise FileError(f"a file of {what}, not the result that they were computed from", out)
+        _require_known_format(out, attributes["format_version"], attributes["fretsolve_version"])
         require_header_texts(attributes)
         return attributes, content
-
-
-def _unchecked_attributes(out: Path, file: Any) -> dict[str, Any]:
-    """Return the attributes of a file of an earlier version, which has them only there. Raises FileError."""
-    try_attributes(out)
-    return dict(file.attrs)
-
-
-def _require_result(out: Path, attributes: Mapping[str, Any]) -> None:
-    """Raise FileError unless these are the attributes of a result."""
-    if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):
-        what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
-        raise FileError(f"a file of {what}, not the result that they were computed from", out)
-    if "format_version" not in attributes or "fretsolve_version" not in attributes:
-        raise FileError("an HDF5 file, but not a result of fretsolve", out)
 
 
 def read_header(folder: Path) -> RunHeader:
@@ -303,19 +287,15 @@ def _open_file(out: Path) -> Result:
     with ExitStack() as opened:
         piece = opened.enter_context(Piece(out))
         rows, (x, y) = piece.rows(), piece.grid()
-        if content is None:  # an earlier version, which knew all columns of every contact
-            with damage_reported(out, "history"):
-                require_known(rows)
         piece.require_fields((len(x), len(y)))
         opened.pop_all()
     fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
     if not set(steps) <= set(rows["step"].tolist()) or sorted(set(steps)) != list(steps):
         raise FileError("fields/step does not name increments of the history", out)
-    if content is not None:
-        with damage_reported(out, "header"):
-            changed = changed_content(content, content_of(rows, x, y, steps, fields))
-        if changed:
-            raise FileError(f"{', '.join(changed[:3])} was changed: it differs from the header", out)
+    with damage_reported(out, "header"):
+        changed = changed_content(content, content_of(rows, x, y, steps, fields))
+    if changed:
+        raise FileError(f"{', '.join(changed[:3])} was changed: it differs from the header", out)
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
 
 

@@ -118,7 +118,7 @@ def verdict(
     large = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0}
     known = {name: one for name, one in large.items() if not _is_nothing(name, history, ends)} or {"P": math.inf}
     columns = {name: best_column(name, history) for name in known}
-    bars = {name: _bars(name, columns[name], history)[ends] / scale for name, scale in known.items()}
+    bars = {name: history[columns[name] + ERROR_SUFFIX][ends] / scale for name, scale in known.items()}
     unbounded = tuple(name for name, its in bars.items() if np.isinf(its).any())
     judged = [name for name in known if name not in unbounded]
     of_judged = np.array([bars[name] for name in judged])
@@ -174,12 +174,6 @@ def _with_advice(
     if len(sides) == 1:
         return replace(missed, advice=f"grid.points={sides[0]}")
     return replace(missed, advice=f"grid.points=[{','.join(sides)}]" if sides else "")
-
-
-def _bars(name: str, column: str, history: Mapping[str, DoubleArray]) -> DoubleArray:
-    """Return the bars of `column`, and where they are unknown, as in increments of earlier versions, those as run."""
-    best, as_run = history[column + ERROR_SUFFIX], history[name + ERROR_SUFFIX]
-    return np.where(np.isnan(best), as_run, best)
 
 
 def _is_nothing(name: str, history: Mapping[str, DoubleArray], ends: IndexArray) -> bool:

@@ -83,7 +83,7 @@ def _header_of(path: Path, kind: str, file: Any) -> tuple[dict[str, Any], dict[s
 
     with damage_reported(path, "the header"):
         if "header" not in file:
-            message = "has no header with a checksum: it is of an earlier version of fretsolve, damaged, or of others"
+            message = "has no header with a checksum: it is damaged, or of another program"
             raise FileError(f"{message}; `fretsolve {kind} RESULT --overwrite` makes it again", path)
         attributes, content = read_sealed(file)
         if not str(attributes["format"]).startswith(f"fretsolve {kind} ") or not isinstance(content, dict):

@@ -9,7 +9,6 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from fretsolve.errors import FileError
@@ -78,7 +77,7 @@ def write_study_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> No
         "case_yaml": study.plan.cases[0].setup.case.source.text,
         "provenance": study.plan.cases[0].header.provenance,
         "corrected": study.plan.corrected,
-        **_reference(study.plan.reference_words),
+        "reference": study.plan.reference_words,
         "advice": "\n".join(advice),
     }
     is_reference = [row.is_reference for row in rows]
@@ -95,12 +94,7 @@ def write_study_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> No
         for i, one in enumerate(values)
     ]
     groups = {"": about, "settings": _settings(study), "cost": [points, *_costs(study)], "values": values}
-    links = {"truth": h5py.SoftLink("/reference")}
-    write_table_hdf5(path, groups | {f"{difference}s": errors}, attributes, links)
-
-
-def _reference(value: str | float) -> dict[str, str | float]:
-    return {"reference": value, "truth": value}  # its name before
+    write_table_hdf5(path, groups | {f"{difference}s": errors}, attributes)
 
 
 def _results(study: Assessment) -> Column:
@@ -132,7 +126,7 @@ def _values(study: Assessment) -> list[Column]:
             study.finest.outcome.units.get(one.name, one.units),
             f"{study.plan.column(one).partition('@')[0]} ({place_of(one.name, [one.stage])})",
             scale=study.scales[index],
-            **_reference(study.reference[index]),
+            reference=study.reference[index],
         )
         for index, one in enumerate(study.quantities)
     ]

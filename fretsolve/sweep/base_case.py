@@ -15,7 +15,6 @@ from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import Override
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.result import RunHeader
-from fretsolve.result.header import present_case
 from fretsolve.setup.cost_estimate import Estimate, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
@@ -133,13 +132,10 @@ def digest(attributes: Mapping[str, Any]) -> str:
 
     attributes: of the run's header or result.
     """
-    effective = present_case(attributes["effective_case"])
+    effective = json.loads(attributes["effective_case"])
     case = {name: value for name, value in effective.items() if name not in ("title", "expect")}
-    # By its former name, so that studies and sweeps that were begun with it find their runs.
-    solver = dict(case.get("solver", {}))
-    solver["error_estimate"] = solver.pop("error_bars", None)
     rest = [attributes.get(name) for name in ("inputs", "fretsolve_version", "format_version")]
-    identity = json.dumps([case | {"solver": solver}, *rest], sort_keys=True)
+    identity = json.dumps([case, *rest], sort_keys=True)
     return hashlib.sha256(identity.encode()).hexdigest()[:16]
 
 

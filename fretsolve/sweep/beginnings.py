@@ -54,7 +54,8 @@ def beginnings_of(setup: ProblemSetup, header: RunHeader, seconds: float) -> tup
     case = {name: value for name, value in header.case.items() if name not in OF_THE_PATH}
     model, axes = setup.model, (header.x.tolist(), header.y.tolist())
     terms = (astuple(model.terms), model.has_shear, model.may_slip)
-    rest = json.dumps([case, header.inputs, header.version, axes, terms], sort_keys=True)
+    columns = [one.name for one in header.optional_columns]
+    rest = json.dumps([case, header.inputs, header.version, axes, terms, columns], sort_keys=True)
     digest = hashlib.sha256(rest.encode())
     found = []
     for last_step, imposed in zip(setup.load_path.last_steps[:-1], setup.load_path.imposed_in_stages(), strict=False):

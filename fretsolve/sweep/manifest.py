@@ -133,8 +133,8 @@ class _StoredRow(BaseModel):
     id: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
     settings: dict[str, str]
     seconds: float
-    shared: tuple[_StoredBeginning, ...] = ()
-    beside: tuple[Literal["stress", "fatigue"], ...] = ()
+    shared: tuple[_StoredBeginning, ...]
+    beside: tuple[Literal["stress", "fatigue"], ...]
 
 
 class _Stored(BaseModel):
@@ -149,7 +149,7 @@ class _Stored(BaseModel):
     quantities: tuple[str, ...]
     threads: Annotated[int, Field(ge=1, le=10**6)]
     memory: float
-    compiled: bool | None = None
+    compiled: bool | None
     cases: Annotated[tuple[_StoredRow, ...], Field(min_length=1)]
 
 

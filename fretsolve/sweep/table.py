@@ -232,7 +232,7 @@ def _is_table(path: Path) -> bool:
 
 
 def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool, exclusive: bool) -> None:
-    manifest, links = table.manifest, {"case/regime": h5py.SoftLink("/case/running_condition")}  # its name before
+    manifest, links = table.manifest, dict[str, Any]()
     for row in manifest.unique if fields else ():
         if manifest.result(row).exists():
             target = os.path.relpath(manifest.result(row), path.absolute().parent)

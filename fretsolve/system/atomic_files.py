@@ -19,8 +19,8 @@ from typing import Any
 
 from fretsolve.system.files import TakenError
 
-_TEMPORARY = re.compile(r"(.+)\.(?:[0-9a-f]{16}|[0-9a-f]{8})\.tmp")
-"""Names of files that are being written; earlier versions drew 8 digits at random."""
+_TEMPORARY = re.compile(r"(.+)\.[0-9a-f]{16}\.tmp")
+"""Names of files that are being written."""
 
 LONGEST_ENDING = len(".0123456789abcdef.tmp")
 """Bytes that the name of a file is longer by while it is written."""

@@ -109,14 +109,14 @@ def test_temporary_files_of_another_user_stay(tmp_path: Path) -> None:
 def test_temporary_files_of_others_stay(tmp_path: Path) -> None:
     out = write_fake(tmp_path / "out.h5")
     target = tmp_path / "t.csv"
-    names = ["t.csv.tmp", "t.csv.mine.tmp", "t.csv.0123abcg.tmp", "t.csv.0123abcd.tmp.tmp"]
+    names = ["t.csv.tmp", "t.csv.mine.tmp", "t.csv.0123456789abcdeg.tmp", "t.csv.0123456789abcdef.tmp.tmp"]
     for name in names:
         (tmp_path / name).write_text(TEXT)
         os.utime(tmp_path / name, (0.0, 0.0))
-    (tmp_path / "t.csv.0123abcd.tmp").symlink_to(tmp_path / names[0])
+    (tmp_path / "t.csv.0123456789abcdef.tmp").symlink_to(tmp_path / names[0])
     assert invoke("export", out, "--to", "csv", "-o", target).exit_code == 0
     assert [(tmp_path / name).read_text() for name in names] == [TEXT] * 4
-    assert (tmp_path / "t.csv.0123abcd.tmp").is_symlink()
+    assert (tmp_path / "t.csv.0123456789abcdef.tmp").is_symlink()
     parts = parts_folder(tmp_path / "other.h5")
     parts.mkdir()
     (parts / "mine.tmp").write_text(TEXT)

@@ -42,10 +42,10 @@ class Material(CaseModel):
         default=None, description="McDiarmid's shear limit t_A or t_B; by default torsion_limit", examples=["190 MPa"]
     )
     tensile_strength: Stress | None = Field(default=None, description="tensile strength", examples=["700 MPa"])
-    yield_strength: Stress | None = Field(default=None, description="yield strength", examples=["500 MPa"])
+    yield_stress: Stress | None = Field(default=None, description="yield stress", examples=["500 MPa"])
     fatemi_socie_factor: Annotated[float, InUnits(NUMBER, least=0)] = Field(
         default=1.0,
-        description="Fatemi and Socie's factor k of the normal stress over the yield strength",
+        description="Fatemi and Socie's factor k of the normal stress over the yield stress",
         examples=[1.0],
     )
     young_modulus: Stress | None = Field(default=None, description="Young's modulus; by default the body's")

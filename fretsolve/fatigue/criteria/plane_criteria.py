@@ -56,7 +56,7 @@ def mcdiarmid(material: Material) -> PlaneCriterion:
 
 def fatemi_socie(material: Material) -> PlaneCriterion:
     """Return (tau_a/G) (1 + k max sn/sy) (Fatemi & Socie 1988), elastic; sn < 0 counts as 0."""
-    G, k = material.shear_modulus, material.fatemi_socie_factor / material.needed("yield_strength")
+    G, k = material.shear_modulus, material.fatemi_socie_factor / material.needed("yield_stress")
 
     def combine(amplitude: DoubleArray, normal: DoubleArray) -> DoubleArray:
         return amplitude / G * (1.0 + k * _tension(normal))

@@ -154,9 +154,9 @@ def _box(result: Result, panel: _Panel) -> Bbox | None:
     body, worst = panel.body, panel.worst_place
     sides = []
     for axis, centres, at in (("x", body.x, worst[1]), ("y", body.y, worst[2])):
-        half, middle = (result.history.get(f"contact_{part}_{axis}") for part in ("half_width", "center"))
+        half, middle = (result.history[f"contact_{part}_{axis}"] for part in ("half_width", "center"))
         low, high = outer_edges(centres)
-        if half is not None and middle is not None and np.isfinite(middle[half > 0.0]).any():
+        if np.isfinite(middle[half > 0.0]).any():
             half, middle = half[half > 0.0], middle[half > 0.0]
             margin = SIDE_MARGIN * float(half.max())
             least, most = float(np.nanmin(middle - half)), float(np.nanmax(middle + half))

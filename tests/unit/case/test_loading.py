@@ -58,7 +58,6 @@ def test_last_override_wins(path: Path) -> None:
     ("overrides", "names"),
     [
         (["load_path.0.P=2", "stage.1.P=3"], "load_path.0.P and stage.1.P"),
-        (["solver.error_bars=false", "solver.error_estimate=false"], "solver.error_bars and solver.error_estimate"),
         (["surface.0={cone: {angle: 1}}", "surface={sphere: {radius: 1}}"], "surface.0 and surface"),
     ],
 )
@@ -189,19 +188,3 @@ def test_a_star_stands_for_every_stage(path: Path, every: str) -> None:
     assert [stage.increments for stage in load_case(path, [f"{every}.increments=7"]).stages()] == [7, 7]
     with pytest.raises(CaseError, match=r"\* stands for every stage, as in stage\.\*\.increments=20"):
         load_case(path, [f"{every}=7"])
-
-
-@pytest.mark.parametrize("given", [["solver.error_estimate=true"], ["solver.error_bars=true"]])
-def test_the_earlier_name_of_error_bars(path: Path, given: list[str]) -> None:
-    wide = CASE.replace("points: 8", "points: 16")
-    path.write_text(wide + "solver: {tolerance: 1e-5, error_estimate: false}\n")
-    assert not load_case(path).solver.error_bars
-    assert load_case(path, given).solver.error_bars
-    path.write_text(wide + "solver:\n  error_estimate: maybe\n")
-    with pytest.raises(CaseError, match=r"case.yaml:7: solver.error_bars: 'maybe' is not allowed"):
-        load_case(path)
-    path.write_text(wide + "solver: {error_estimate: true, error_bars: true}\n")
-    with pytest.raises(CaseError) as caught:
-        load_case(path)
-    both = "error_estimate and error_bars are two names of one key; keep error_bars"
-    assert str(caught.value) == f"{path}:6: solver.error_estimate: {both}"

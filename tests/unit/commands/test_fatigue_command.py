@@ -9,7 +9,7 @@ from small_cases import TWO_CYCLES, write_case
 from fretsolve.fatigue.fatigue_file import read_worst
 
 CASE = TWO_CYCLES.replace("points: 16", "points: 20")
-KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_strength=500 MPa"
+KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_stress=500 MPa"
 CURVE = "{strength: 900 MPa, strength_exponent: -0.09, ductility: 0.6, ductility_exponent: -0.6}"
 
 
@@ -63,7 +63,7 @@ def test_symmetric_loop_is_symmetric(stresses):
 
 def test_lives_from_a_curve_in_a_file(stresses):
     material = stresses.with_name("steel.yaml")
-    material.write_text(f"name: steel\nyield_strength: 500 MPa\nstrain_life: {CURVE}\nshear_strain_life: {CURVE}\n")
+    material.write_text(f"name: steel\nyield_stress: 500 MPa\nstrain_life: {CURVE}\nshear_strain_life: {CURVE}\n")
     target = stresses.with_name("lives.h5")
     result = invoke("fatigue", stresses, "--material", material, "--criterion", "swt,fatemi-socie", "-o", target)
     assert result.stdout.count(", life ") == 2

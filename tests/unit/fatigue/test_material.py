@@ -15,7 +15,7 @@ STEEL = {
     "tension_limit": "300 MPa",
     "torsion_limit": "190 MPa",
     "tensile_strength": "700 MPa",
-    "yield_strength": "500 MPa",
+    "yield_stress": "500 MPa",
     "young_modulus": "200 GPa",
     "poisson_ratio": 0.3,
 }
@@ -53,7 +53,7 @@ def test_limit_in_tension_and_torsion_is_used_up_at_once(name):
         ("tensile_strength", "-700 MPa", "a pressure > 0 MPa is needed"),
         ("poisson_ratio", 0.6, "<= 0.5 is needed"),
         ("fatemi_socie_factor", -1, ">= 0 is needed"),
-        ("yield_strength", "500 N", "is a force; a pressure such as"),
+        ("yield_stress", "500 N", "is a force; a pressure such as"),
         ("strain_life", {"strength": 1000, "strength_exponent": 0.1}, "< 0 is needed"),
     ],
 )
@@ -80,7 +80,7 @@ def test_ratio_of_limits_out_of_range_is_refused(name, torsion, bound):
         ("dang-van", "tension_limit"),
         ("findley", "tension_limit"),
         ("mcdiarmid", "tensile_strength"),
-        ("fatemi-socie", "yield_strength"),
+        ("fatemi-socie", "yield_stress"),
         ("swt", "poisson_ratio"),
     ],
 )

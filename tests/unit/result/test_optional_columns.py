@@ -1,4 +1,4 @@
-"""Columns of the history that not every result has: bulk stresses, and those that earlier versions did not know."""
+"""Columns of the history that not every result has: bulk stresses, and numbers of spots."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from fake_states import fake_header, fake_states, write_fake
 
-from fretsolve.case.history import BULK, EXTENTS
+from fretsolve.case.history import BULK
 from fretsolve.result import HistoryWriter, RunHeader, open_result
-from fretsolve.result.checks import row_type, widened
-from fretsolve.result.layout import SPOT_HISTORY, has_bulk_stress, may_have_spots
+from fretsolve.result.layout import has_bulk_stress, may_have_spots
 from fretsolve.result.state import State
 
 NAMES = (*BULK[1], *BULK[2])
@@ -105,14 +104,11 @@ def test_numbers_of_spots_are_written_and_resumed_with_them(tmp_path: Path) -> N
         assert result.history["spots"].dtype == np.int64
 
 
-def test_increments_of_versions_that_did_not_count_spots_have_minus_one() -> None:
-    earlier = np.zeros(2, row_type(errors=False, optional=()))
-    whole = widened(earlier, row_type(errors=False, optional=SPOT_HISTORY))
-    assert whole["spots"].tolist() == whole["small_spots"].tolist() == [-1, -1]
-
-
-def test_extents_are_unknown_in_results_of_earlier_versions() -> None:
-    with open_result(Path(__file__).parents[2] / "data" / "result_v1.h5") as result:
-        for name in EXTENTS:
-            assert np.isnan(result.history[name]).all()
-        assert (result.history["contact_radius"] > 0.0).any()
+def test_a_beginning_with_other_columns_is_not_taken(tmp_path: Path) -> None:
+    shared = {1: tmp_path / "shared" / "beginning.h5"}
+    with HistoryWriter.open(tmp_path / "other.h5", fake_header(), shared=shared) as writer:
+        for state in fake_states(2):
+            writer.append(state)
+    assert shared[1].exists()
+    with HistoryWriter.open(tmp_path / "out.h5", header_with_bulk(), shared=shared) as writer:
+        assert (writer.last_state, writer.summaries) == (None, [])

@@ -15,6 +15,7 @@ from fake_states import fake_header, fake_states, write_fake
 from fretsolve import __version__, open_result
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, reader
+from fretsolve.result.header import read_sealed, write_sealed
 from fretsolve.result.layout import FIELDS, FORMAT_VERSION, HISTORY, QUANTITIES
 from fretsolve.result.parts import component, parts_folder
 from fretsolve.result.piece import Part
@@ -132,15 +133,27 @@ def foreign(path: Path) -> None:
 
 
 def newer(path: Path) -> None:
-    with h5py.File(path, "r+") as file:
-        del file["header"]
-        file.attrs["format_version"] = FORMAT_VERSION + 1
-        file.attrs["fretsolve_version"] = "3.1.0"
+    with h5py.File(path) as file:
+        attributes, content = read_sealed(file)
+    with h5py.File(path, "w") as file:
+        write_sealed(file, attributes | {"format_version": FORMAT_VERSION + 1, "fretsolve_version": "3.1.0"}, content)
 
 
 def incomplete(path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file["history/Qx"]
+
+
+def headless(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        del file["header"]
+
+
+def unmarked(path: Path) -> None:
+    """Leave the names of attributes, but no header."""
+    path.unlink()
+    with h5py.File(path, "w") as file:
+        file.attrs["format_version"], file.attrs["fretsolve_version"] = FORMAT_VERSION, __version__
 
 
 @pytest.mark.parametrize(
@@ -151,7 +164,9 @@ def incomplete(path: Path) -> None:
         (text, "not an HDF5 file"),
         (foreign, "an HDF5 file, but not a result of fretsolve"),
         (newer, f"has format {FORMAT_VERSION + 1}, written by fretsolve 3.1.0; this is {__version__}"),
-        (incomplete, "cannot read history: "),
+        (incomplete, "cannot read history: Qx is missing"),
+        (headless, "an HDF5 file, but not a result of fretsolve: it has no header"),
+        (unmarked, "an HDF5 file, but not a result of fretsolve: it has no header"),
         (Path.unlink, "no such file, nor parts of a run in out.h5.parts"),
     ],
 )
@@ -162,6 +177,22 @@ def test_files_that_cannot_be_read(tmp_path: Path, damage: Callable[[Path], None
         open_result(out)
     assert str(caught.value).startswith(f"{out}: {message}")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("end", ["complete", "stopped"])
+@pytest.mark.parametrize("name", ["Qx", "stick_center_x", "stick_center_x_error", "P_corrected", "work_error"])
+def test_a_missing_column_is_damage(tmp_path: Path, name: str, end: str) -> None:
+    out = write_fake(tmp_path / "out.h5", end, errors=True)
+    for path in [out] if end == "complete" else parts_folder(out).glob("*.h5"):
+        with h5py.File(path, "r+") as file:
+            if end == "complete":
+                del file["history"][name]
+                continue
+            rows = file["rows"][:]
+            del file["rows"]
+            file["rows"] = rows[[one for one in rows.dtype.names if one != name]].copy()
+    with pytest.raises(FileError, match=f"cannot read history: {name} is missing"):
+        open_result(out)
 
 
 def test_flipped_bit_in_a_field_is_found(tmp_path: Path) -> None:

@@ -63,7 +63,7 @@ def test_identical_runs_give_identical_files_and_leave_nothing_else(tmp_path: Pa
 
 
 def test_a_file_may_be_written_twice_at_the_same_time(tmp_path: Path) -> None:
-    target, stale = tmp_path / "table.csv", tmp_path / "table.csv.0123abcd.tmp"
+    target, stale = tmp_path / "table.csv", tmp_path / "table.csv.0123456789abcdef.tmp"
     stale.touch()
     os.utime(stale, (0.0, 0.0))
     with atomic_files.new_file(target) as first:

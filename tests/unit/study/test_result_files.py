@@ -50,13 +50,13 @@ def test_hdf5(study: Assessment, tmp_path: Path) -> None:
     write_study_hdf5(tmp_path / HDF5_NAME, study, ["take 8 points"])
     with h5py.File(tmp_path / HDF5_NAME) as file:
         assert file.attrs["advice"] == "take 8 points"
-        assert file.attrs["reference"] == file.attrs["truth"] == study.plan.reference_words
+        assert file.attrs["reference"] == study.plan.reference_words
         assert file["cost/points"][:, 0].tolist() == [row.case.setup.grid.shape[0] for row in study.rows]
         assert file["cost/time"][:].tolist() == [row.outcome.seconds for row in study.rows]
         (name,) = file["errors"]
         expected = [row.errors[0] for row in study.rows]
         np.testing.assert_array_equal(file[f"errors/{name}"][:], expected)
-        assert file["reference"][:].tolist() == file["truth"][:].tolist()
+        assert file["reference"][:].tolist() == [row.is_reference for row in study.rows]
 
 
 def test_its_own_files_may_be_replaced(study: Assessment, tmp_path: Path) -> None:

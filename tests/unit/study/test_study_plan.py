@@ -66,10 +66,6 @@ def test_what_is_no_variation(text: str, message: str) -> None:
             ["load_path.1.Qx=20 N", "stage.2.Qx=30 N"],
             "--vary stage.2.Qx=30 N: stage.2.Qx: load_path.1.Qx and stage.2.Qx are the same key; keep one of the two",
         ),
-        (
-            ["solver.error_bars=true", "solver.error_estimate=true"],
-            "solver.error_bars and solver.error_estimate are the same key",
-        ),
     ],
 )
 def test_a_key_is_varied_once(varied: list[str], message: str, tmp_path: Path) -> None:

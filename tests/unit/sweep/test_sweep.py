@@ -87,7 +87,7 @@ def test_pictures_of_a_sweep_are_named_after_their_quantity(swept: Path) -> None
 
 
 def test_sweep_is_collected(swept: Path, tmp_path: Path) -> None:
-    (swept / "table.csv.01ab23cd.tmp").touch()  # as a kill leaves it
+    (swept / "table.csv.0123456789abcdef.tmp").touch()  # as a kill leaves it
     assert invoke("sweep", "collect", swept, "--fields").exit_code == 0
     mine = tmp_path / "mine.csv"
     mine.write_text("mine")
@@ -269,7 +269,7 @@ def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
 def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
     folder.mkdir()
-    theirs = folder / "manifest.json.01ab23cd.tmp"
+    theirs = folder / "manifest.json.0123456789abcdef.tmp"
     theirs.touch()
     write_manifest(make_sweep_plan(path, folder).manifest)
     assert theirs.exists()

@@ -118,10 +118,6 @@ AXIS = f"{BASE}axes:\n  - "
         (AXIS + "load_path.0.P: [1 m]", ":3: axes.0.load_path.0.P.0: '1 m' is a length; a force"),
         (AXIS + "stage.*.P: [1 m]", r":3: axes.0.stage.\*.P.0: '1 m' is a length; a force"),
         (AXIS + "load_path: [[{P: 1 m}]]", ":3: axes.0.load_path.0.stage.1.P: '1 m' is a length; a force"),
-        (
-            AXIS + "{solver.error_bars: [true], solver.error_estimate: [true]}",
-            ":3: axes.0.solver.error_estimate.0: solver.error_bars and solver.error_estimate are the same key",
-        ),
         (AXIS + "friction: {from: 1, to: 2}", "sweep.yaml:3: axes.0.friction.count: missing; needed: how many"),
         (AXIS + "load_path.0.P: {from: 1 N, to: 2 kN, count: 3}", ":3: axes.0.load_path.0.P: from is in N, to in kN"),
         (AXIS + "friction: {from: 0, to: 1, count: 3, spacing: log}", "axes.0.friction: log spacing needs two ends"),
