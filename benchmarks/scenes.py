@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench_path import peak_bytes
-from marked import parser_of, report
+from helpers import parser_of, report
 
 import fretsolve
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
