@@ -245,7 +245,7 @@ def print_savings() -> None:
 
 def print_programs() -> None:
     """Print the figures of other open programs on the base case, as far as they can be installed."""
-    compare_programs.main([])
+    compare_programs.main(["512"])
 
 
 def print_run() -> None:
@@ -281,9 +281,12 @@ PARTS = {
 def main() -> None:
     """Read the arguments and print the parts that are named, or all, or put them into pages."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
     parser.add_argument("--into", type=Path, nargs="+", metavar="PAGE", help="pages with marks, which get the figures")
     asked = parser.parse_args()
+    unknown = [name for name in asked.parts if name not in PARTS]
+    if unknown:
+        parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
     for page in asked.into or ():
         put_parts_into(page, PARTS)
     if not asked.into:

@@ -474,9 +474,12 @@ def compact(figure: Figure) -> bytes:
 def main(words: Sequence[str]) -> None:
     """Draw the pictures that are named, or all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("names", nargs="*", choices=[*FIGURES, []], metavar="NAME")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(FIGURES))
     parser.add_argument("-o", "--output", type=Path, default=PICTURES)
     wanted = parser.parse_args(words)
+    unknown = [name for name in wanted.names if name not in FIGURES]
+    if unknown:
+        parser.error(f"no such picture: {', '.join(unknown)}; there are {', '.join(FIGURES)}")
     wanted.output.mkdir(parents=True, exist_ok=True)
     for name in wanted.names or FIGURES:
         with own_style():

@@ -191,9 +191,7 @@ POINTS = 128
 
 def partial() -> None:
     """Print partial slip against rings."""
-    columns = (
-        "held | T | V/V0, d/d0 or P/P0: rings | V | V, shifted: mean, rms | d or P | d or P, shifted | jumps"
-    )
+    columns = "held | T | V/V0, d/d0 or P/P0: rings | V | V, shifted: mean, rms | d or P | d or P, shifted | jumps"
     print(f"| {columns} | c/a0 (0.5) |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- | --- |")
     for (held, time_), known in PARTIAL.items():
@@ -203,8 +201,7 @@ def partial() -> None:
         volume, other = (f"{one[0]:+.2%} | {_mean_and_rms(one[1:])}" for one in errors)
         stick = centred.last.summary.stick_radius / A0
         print(
-            f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {volume} | {other}"
-            f" | {centred.jumps} | {stick:.4f} |",
+            f"| {held} | {time_:g} | {known[0]:g}, {known[1]:g} | {volume} | {other} | {centred.jumps} | {stick:.4f} |",
             flush=True,
         )
 
@@ -328,8 +325,7 @@ def reached() -> None:
                     (width * exact.scar_radius, shift) for width, shift in zip(LIMIT_WIDTHS, shifts, strict=False)
                 ]
                 cases = (
-                    slipping_outside(c, held, LIMIT_TIME, POINTS, size, LIMIT_JUMPS, shift)
-                    for size, shift in places
+                    slipping_outside(c, held, LIMIT_TIME, POINTS, size, LIMIT_JUMPS, shift) for size, shift in places
                 )
                 errors.append([_errors(solved(case), held, volume, other) for case in cases])
             texts = [_mean_and_rms(one) for each in np.array(errors).T.swapaxes(1, 2) for one in each]
