@@ -28,13 +28,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase
-from corrected_truth import corrected_run, knows_peak
-from in_processes import outcomes
-from kept import kept
-from marked import data_file, parser_of, report, write_csv
+from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase, random_closed_forms
+from calibration_truth import corrected_run, knows_peak
+from helpers import data_file, kept, outcomes, parser_of, report, write_csv
 from random_cases import random_cases
-from random_closed_forms import random_closed_forms
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.models import Case

@@ -1,34 +1,51 @@
-"""Increments of the modes in WU and seconds; ``python benchmarks/bench_path.py 256 512`` prints a table.
+"""Seconds of an increment of each mode, by points, with numba and with NumPy.
 
-The base case on a square potential contact area of 0.9 mm, one thread, tolerance 1e-6, certificates met. `first` is an
-increment with all that it makes ready for later ones (influence coefficients, window, arrays; FFTW's plans from its
-wisdom, which a machine measures once for each size of grid); `again` is the same increment from the same start, the
-median of five. Of a whole path the mean over its increments is told, windows and influence coefficients included.
+    python benchmarks/bench_path.py                        # small grids, two minutes on one core
+    python benchmarks/bench_path.py --points 64 128 256
+    python benchmarks/bench_path.py --large 256 512        # single increments, with numba where it is installed
+
+Processor time of one thread, which other programs disturb less than the clock, certified to a tolerance of 1e-6;
+operator applications in brackets. Small grids have the mean over the increments of the shipped case, the least of some
+runs, influence coefficients included. On large ones a single increment is solved again and again from the same start,
+and the median counts; of mode I.3 it is the mean over the path. FFTW's plans come from its wisdom, which a machine
+measures once for each size of grid. Spheres are on an area of 0.9 mm x 0.9 mm.
 """
 
 from __future__ import annotations
 
+import argparse
+import os
 import subprocess
 import sys
 import time
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
-from work_unit import work_unit
 
 import fretsolve
 from fretsolve.increment.increment import Solved
 from fretsolve.increment.working_state import InitialState
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.simulation import increment_solver
+
+os.environ.setdefault("FRETSOLVE_NUMBA", "1")  # also for runs too short to pay for loading numba
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
+SPHERE = ("grid.size=0.9",)
 
 REPETITIONS = 5
+"""Of an increment on a large grid."""
+
+RUNS = 3
+"""Of a path on a small grid."""
+
+SMALL, LARGE = (32, 64, 128), (256, 512, 1024, 2048)
 
 LEAST_IN_PARTS = 256
 """Points per side of a grid that is large enough to be cut into parts (`fretsolve.kernels.on_grid`)."""
@@ -43,31 +60,32 @@ class Job:
 
     name: str
     case: str
-    overrides: tuple[str, ...]
-    increment: int | None
+    overrides: tuple[str, ...] = SPHERE
+    increment: int | None = None
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds of the first solve (NaN of a path) and the median of later ones; iterations and applications of one."""
+    """Seconds and operator applications of an increment."""
 
-    first: float
-    again: float
-    iterations: float
+    seconds: float
     applications: float
 
 
-JOBS = (
-    Job("normal (Hertz)", "mode1_similar", (), 0),
-    Job("mode I.2", "mode1_similar", (), 1),
-    Job("mode I.1", "mode1_similar_uncoupled", ("load_path.1.increments=1",), 1),
-    Job("mode I.3, mean of path", "mode1_dissimilar", (), None),
+COUPLED = Job("mode I.3, mean of path", "mode1_dissimilar")
+LARGE_JOBS = (Job("normal (Hertz)", "mode1_similar", SPHERE, 0), Job("mode I.2", "mode1_similar", SPHERE, 1), COUPLED)
+SMALL_JOBS = (
+    Job("I.2", "mode1_similar"),
+    Job("I.3", "mode1_dissimilar"),
+    Job("II", "mode2_dissimilar"),
+    Job("III", "mode3_dissimilar"),
+    Job("line", "line_fatigue", ()),
 )
 
 
 def setup_of(job: Job, points: int) -> ProblemSetup:
     """Return the case of `job` on `points` by `points` cells."""
-    overrides = ["expect=[]", f"grid.points={points}", "grid.size=0.9", *job.overrides]
+    overrides = ["expect=[]", f"grid.points={points}", *job.overrides]
     return set_up(fretsolve.load_case(CASES / f"{job.case}.yaml", overrides))
 
 
@@ -76,24 +94,19 @@ def cost(job: Job, points: int) -> Cost:
     return cost_of_path(job, points) if job.increment is None else cost_of_increment(job, points, job.increment)
 
 
-def cost_of_path(job: Job, points: int) -> Cost:
-    """Return means over the increments of a run; the first stage is solved before, so that FFTW's plans are known."""
+def cost_of_path(job: Job, points: int, runs: int = 1) -> Cost:
+    """Return means over the increments of a run, the least of some; one before makes FFTW's plans."""
     deque(islice(fretsolve.run(setup_of(job, points)), 11), maxlen=0)
-    began = time.process_time()
-    history = [state.summary for state in fretsolve.run(setup_of(job, points))]
-    seconds = (time.process_time() - began) / len(history)
-    return Cost(
-        np.nan,
-        seconds,
-        float(np.mean([summary.iterations_normal + summary.iterations_tangential for summary in history])),
-        float(np.mean([summary.operator_applications for summary in history])),
-    )
+    seconds = []
+    for _ in range(runs):
+        setup, began = setup_of(job, points), time.process_time()
+        applications = [state.summary.operator_applications for state in fretsolve.run(setup)]
+        seconds.append((time.process_time() - began) / len(applications))
+    return Cost(min(seconds), float(np.mean(applications)))
 
 
 def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     """Return the cost of one increment; those before it are solved once."""
-    from fretsolve.simulation.simulation import increment_solver  # on demand, since older clones lack it
-
     setup = setup_of(job, points)
     solver = increment_solver(setup, setup.separation(), threads=1)
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
@@ -108,8 +121,7 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
         began = time.process_time()
         solved = solver.solve(increment, start)
         seconds.append(time.process_time() - began)
-    iterations = solved.iterations_normal + solved.iterations_tangential
-    return Cost(seconds[0], float(np.median(seconds[1:])), iterations, solved.operator_applications)
+    return Cost(float(np.median(seconds[1:])), solved.operator_applications)
 
 
 def end_of(solved: Solved, increment: Increment) -> InitialState:
@@ -121,7 +133,7 @@ def end_of(solved: Solved, increment: Increment) -> InitialState:
 @lru_cache
 def compile_kernels() -> None:
     """Load the compiled kernels, of small grids and of large ones, so that no increment is charged with it."""
-    for job in JOBS:
+    for job in (*LARGE_JOBS, *SMALL_JOBS):
         for points in (32, LEAST_IN_PARTS):
             deque(islice(fretsolve.run(setup_of(job, points)), 3), maxlen=0)
 
@@ -145,33 +157,63 @@ def print_bytes_per_cell(points: int) -> None:
     """Print what `bytes_per_cell` asks its process for."""
     compile_kernels()
     before = peak_bytes()
-    deque(islice(fretsolve.run(setup_of(JOBS[3], points)), 3), maxlen=0)
+    deque(islice(fretsolve.run(setup_of(COUPLED, points)), 3), maxlen=0)
     print((peak_bytes() - before) / points**2)
 
 
-def _rounded(value: float) -> str:
-    return "-" if np.isnan(value) else f"{value:.0f}"
+def print_small(grids: Sequence[int] = SMALL) -> None:
+    """Print milliseconds of an increment of each mode, with numba and with NumPy, each in a process of its own."""
+    print("| mode | kernels |", " | ".join(f"{points}" for points in grids), "|")
+    print("| --- " * (2 + len(grids)) + "|", flush=True)
+    command = [sys.executable, __file__, "--rows", "--points", *map(str, grids)]
+    for compiled in ("1", "0"):
+        env = os.environ | {"FRETSOLVE_NUMBA": compiled}
+        print(subprocess.run(command, env=env, capture_output=True, text=True, check=True).stdout, end="", flush=True)
 
 
-def print_table(grids: list[int]) -> None:
-    """Print the cost of all jobs on some grids, and the memory."""
+def print_rows(grids: Sequence[int]) -> None:
+    """Print the rows of `print_small` with the kernels that the environment names."""
     compile_kernels()
-    print("| job | points | WU, ms | applications | first, WU | again, WU | again, s |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
-    for job in JOBS:
+    kernels = "numba" if os.environ["FRETSOLVE_NUMBA"] == "1" else "NumPy"
+    for job in SMALL_JOBS:
+        costs = [cost_of_path(job, points, RUNS) for points in grids]
+        cells = " | ".join(f"{1e3 * cost.seconds:.3g} ({cost.applications:.0f})" for cost in costs)
+        print(f"| {job.name} | {kernels} | {cells} |", flush=True)
+
+
+def print_large(grids: Sequence[int] = LARGE) -> None:
+    """Print seconds of an increment of each job."""
+    compile_kernels()
+    print("| increment |", " | ".join(f"{points}" for points in grids), "|")
+    print("| --- " * (1 + len(grids)) + "|")
+    for job in LARGE_JOBS:
+        cells = []
         for points in grids:
             if job.increment is None and points > LARGEST_OF_PATHS:
+                cells.append("-")
                 continue
-            found, unit = cost(job, points), work_unit(points)
-            print(
-                f"| {job.name} | {points} | {1e3 * unit:.2f} | {found.applications:.0f}"
-                f" | {_rounded(found.first / unit)} | {found.again / unit:.0f} | {found.again:.3g} |",
-                flush=True,
-            )
+            found = cost(job, points)
+            cells.append(f"{found.seconds:.3g} ({found.applications:.0f})")
+        print(f"| {job.name} |", " | ".join(cells), "|", flush=True)
+
+
+def main() -> None:
+    """Read the arguments and print a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--points", type=int, nargs="+", default=SMALL, help="points per side of the small grids")
+    parser.add_argument("--large", type=int, nargs="+", metavar="POINTS", help="points per side of large grids instead")
+    parser.add_argument("--rows", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--memory", type=int, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.memory:
+        print_bytes_per_cell(asked.memory)
+    elif asked.rows:
+        print_rows(asked.points)
+    elif asked.large:
+        print_large(asked.large)
+    else:
+        print_small(asked.points)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--memory"]:
-        print_bytes_per_cell(int(sys.argv[2]))
-    else:
-        print_table([int(argument) for argument in sys.argv[1:]] or [256, 512, 1024])
+    main()

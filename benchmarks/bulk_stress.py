@@ -9,7 +9,7 @@ The pictures are drawn by gallery.py. A sphere of 10 mm, P = 400 N, friction 0.1
 from __future__ import annotations
 
 import numpy as np
-from marked import parser_of, report
+from helpers import parser_of, report
 from matplotlib.figure import Figure
 
 from fretsolve import run

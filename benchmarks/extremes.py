@@ -26,7 +26,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from marked import data_file, parser_of, put_parts_into, write_csv
+from helpers import data_file, parser_of, put_parts_into, write_csv
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]

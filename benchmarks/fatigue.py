@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-from marked import parser_of, report
+from helpers import parser_of, report
 
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.fatigue.criteria import critical_plane, plane_criteria

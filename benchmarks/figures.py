@@ -12,6 +12,7 @@ from the closed forms of the similar ones, which have the same contact modulus.
 
 from __future__ import annotations
 
+import argparse
 import os
 import re
 import shutil
@@ -23,16 +24,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-import bench_operator
 import bench_path
-import bench_solvers
 import compare_programs
 import increments
 import lines
 import numpy as np
 import precision
-import profile_increment
-from marked import printed, put_parts_into
+from helpers import printed, put_parts_into
 
 import fretsolve
 from fretsolve.commands.check import cases_at, check_case
@@ -234,38 +232,10 @@ def print_residuals() -> None:
 
 
 def print_performance() -> None:
-    """Return what the increments of the modes cost, and the memory of the coupled one."""
-    bench_path.print_table([256, 512, 1024, 2048])
+    """Print what increments on large grids cost, and the memory of the coupled one."""
+    bench_path.print_large()
     sizes = ", ".join(f"{bench_path.bytes_per_cell(points):.0f} on {points} x {points}" for points in (1024, 2048))
     print(f"\nPeak memory of mode I.3 in bytes per cell, beyond the interpreter and its libraries: {sizes}.")
-
-
-def print_profile() -> None:
-    """Print where the time of a coupled increment goes."""
-    profile_increment.print_table([256, 512])
-
-
-def print_solvers() -> None:
-    """Print the iterations of the two solvers as the grid is refined."""
-    bench_solvers.print_table([64, 128, 256, 512])
-
-
-def print_operator() -> None:
-    """Print the cost of the elastic operator against the floor."""
-    bench_operator.print_table([64, 128, 256, 512, 1024])
-
-
-def print_without_compiler() -> None:
-    """Print the cost of the same increments with the pointwise kernels in NumPy."""
-    script = Path(bench_path.__file__)
-    child = subprocess.run(
-        [sys.executable, script, "256"],
-        env=os.environ | {"FRETSOLVE_NUMBA": "0"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    print(child.stdout.strip())
 
 
 def print_savings() -> None:
@@ -275,7 +245,7 @@ def print_savings() -> None:
 
 def print_programs() -> None:
     """Print the figures of other open programs on the base case, as far as they can be installed."""
-    compare_programs.main([])
+    compare_programs.main(["512"])
 
 
 def print_run() -> None:
@@ -302,23 +272,27 @@ PARTS = {
     "bulk lines": lines.print_bulk,
     "residuals": print_residuals,
     "performance": print_performance,
-    "profile": print_profile,
-    "solvers": print_solvers,
-    "operator": print_operator,
-    "without compiler": print_without_compiler,
+    "small grids": bench_path.print_small,
     "savings": print_savings,
-    "limits": precision.print_limits,
     "programs": print_programs,
 }
 
 
-if __name__ == "__main__":
-    if sys.argv[1:2] == ["--into"]:
-        for file in sys.argv[2:]:
-            put_parts_into(Path(file), PARTS)
-    else:
-        unknown = [name for name in sys.argv[1:] if name not in PARTS]
-        if unknown:
-            sys.exit(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
-        for name in sys.argv[1:] or list(PARTS):
+def main() -> None:
+    """Read the arguments and print the parts that are named, or all, or put them into pages."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", metavar="PART", help=", ".join(PARTS))
+    parser.add_argument("--into", type=Path, nargs="+", metavar="PAGE", help="pages with marks, which get the figures")
+    asked = parser.parse_args()
+    unknown = [name for name in asked.parts if name not in PARTS]
+    if unknown:
+        parser.error(f"no such part: {', '.join(unknown)}; there are {', '.join(PARTS)}")
+    for page in asked.into or ():
+        put_parts_into(page, PARTS)
+    if not asked.into:
+        for name in asked.parts or PARTS:
             print(f"\n### {name}\n\n{printed(PARTS[name])}")
+
+
+if __name__ == "__main__":
+    main()

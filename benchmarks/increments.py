@@ -10,7 +10,7 @@ per side; the error of the cells is the same in all three. Errors are in per cen
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -117,11 +117,13 @@ def report(names: Sequence[str]) -> Iterator[str]:
         yield f"| {name} | {', '.join(map(str, counts))} | " + " | ".join(cells) + " |"
 
 
-def print_table() -> None:
-    """Print the table of all cases."""
-    print("\n".join(report(())))
+def print_table(names: Sequence[str] = ()) -> None:
+    """Print the table of all cases, or of those whose names begin so."""
+    for line in report(names):
+        print(line, flush=True)
 
 
 if __name__ == "__main__":
-    for line in report(sys.argv[1:]):
-        print(line, flush=True)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help="beginnings of the names of cases")
+    print_table(parser.parse_args().names)

@@ -1,8 +1,7 @@
 """Compare line contacts with closed forms on grids from 20 to 320 cells per half-width.
 
-    python benchmarks/lines.py
-
-The cylinder and the rounded punch are the shipped ones; `figures.py` puts the tables into docs/verification.md.
+`figures.py` prints the tables and puts them into docs/verification.md. The cylinder and the rounded punch are the
+shipped ones.
 """
 
 from __future__ import annotations
@@ -153,11 +152,3 @@ def print_bulk() -> None:
             work = states[-1].summary.work_total - states[1].summary.work_total
             found.append(f"{work / energy - 1.0:+.1e}")
         print(f"| {b:g} | {energy:.5e} | {' | '.join(found)} |")
-
-
-if __name__ == "__main__":
-    print_orders()
-    print()
-    print_unlike()
-    print()
-    print_bulk()

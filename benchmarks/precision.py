@@ -1,7 +1,7 @@
 """Single against double precision: which tolerance holds, what differs, what is saved.
 
     python benchmarks/precision.py limits                  # cases and tolerances; some minutes
-    python benchmarks/precision.py savings 256 512 1024    # memory and time of mode I.3 by grid
+    python benchmarks/precision.py savings 256 512 1024    # memory of mode I.3 by grid
 
 Both print a Markdown table. A tolerance holds where all increments are certified to it; what differs is measured
 against the same case in double precision at the same tolerance, so that only the precision is told.
@@ -9,16 +9,17 @@ against the same case in double precision at the same tolerance, so that only th
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
-import time
+from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 from bench_path import CASES, compile_kernels, peak_bytes
-from work_unit import work_unit
 
 import fretsolve
 from fretsolve.errors import NoSolutionError
@@ -115,49 +116,48 @@ def print_limits() -> None:
         print(f"| {probe.name} | {len(double)} |", " | ".join(told), "|", flush=True)
 
 
-def measured(points: int, precision: str) -> tuple[float, float, float]:
-    """Return peak bytes per cell, WU per increment of Q and bytes per cell of a state, of mode I.3."""
+def measured(points: int, precision: str) -> tuple[float, float]:
+    """Return peak bytes per cell, and bytes per cell of a state, of mode I.3."""
     command = [sys.executable, __file__, "--measure", str(points), precision]
     output = subprocess.run(command, capture_output=True, check=True).stdout.split()
-    return float(output[0]), float(output[1]), float(output[2])
+    return float(output[0]), float(output[1])
 
 
 def measure(points: int, precision: str) -> None:
-    """Return what `measured` asks its process for: two increments of Q are timed, after those of P."""
+    """Print what `measured` asks its process for: of two increments of P and two of Q."""
     compile_kernels()
     path = "load_path=[{P: 400, increments: 2}, {Qx: 36, increments: 10}]"
     probe = Probe("", "mode1_dissimilar", ("grid.size=0.9", path))
     before = peak_bytes()
-    run = fretsolve.run(setup_of(probe, points, precision, 1e-4))
-    state = next(run)
-    seconds = []
-    for _ in range(3):
-        began = time.process_time()
-        state = next(run)
-        seconds.append(time.process_time() - began)
-    mean = float(np.mean(seconds[-2:]))
-    print((peak_bytes() - before) / points**2, mean / work_unit(points), size_of(state) / points**2)
+    (state,) = deque(islice(fretsolve.run(setup_of(probe, points, precision, 1e-4)), 4), maxlen=1)
+    print((peak_bytes() - before) / points**2, size_of(state) / points**2)
 
 
 def size_of(state: State) -> int:
     """Return the bytes of the arrays of a state."""
-    return sum(array.nbytes for array in (*vars(state.fields).values(), state.displacement))
+    arrays = (*vars(state.fields).values(), state.displacement)
+    return sum(array.nbytes for array in arrays if array is not None)
 
 
 def print_savings(grids: Sequence[int]) -> None:
-    """Print memory and time of mode I.3."""
-    print("| points | precision | peak memory, bytes per cell | fields of a state, bytes per cell | WU per increment |")
-    print("| --- | --- | --- | --- | --- |")
+    """Print the memory of mode I.3."""
+    print("| points | precision | peak memory, bytes per cell | fields of a state, bytes per cell |")
+    print("| --- | --- | --- | --- |")
     for points in grids:
         for precision in ("double", "single"):
-            memory, cost, fields = measured(points, precision)
-            print(f"| {points} | {precision} | {memory:.0f} | {fields:.0f} | {cost:.0f} |", flush=True)
+            memory, fields = measured(points, precision)
+            print(f"| {points} | {precision} | {memory:.0f} | {fields:.0f} |", flush=True)
 
 
 if __name__ == "__main__":
-    if sys.argv[1] == "--measure":
-        measure(int(sys.argv[2]), sys.argv[3])
-    elif sys.argv[1] == "limits":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("table", nargs="?", choices=("limits", "savings"))
+    parser.add_argument("points", nargs="*", type=int, default=[512, 1024, 2048])
+    parser.add_argument("--measure", nargs=2, metavar=("POINTS", "PRECISION"), help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.measure:
+        measure(int(asked.measure[0]), asked.measure[1])
+    elif asked.table == "limits":
         print_limits()
     else:
-        print_savings([int(argument) for argument in sys.argv[2:]] or [256, 512, 1024, 2048])
+        print_savings(asked.points)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bench_path import peak_bytes
-from marked import parser_of, report
+from helpers import parser_of, report
 
 import fretsolve
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -105,25 +105,6 @@ def print_scenes() -> None:
         )
 
 
-def print_windows() -> None:
-    """Print the cost of a contact on grids that it fills to 5/6 and to 5/48: cells of one size, and as many cells."""
-    print("| grid | contact fills | points | applications | seconds |")
-    print("| --- " * 5 + "|")
-    for points in WINDOWED:
-        few = points // TIMES
-        for what, side, count in (("small", SIDE, few), ("large", TIMES * SIDE, points), ("large", SIDE, points)):
-            sets = (PULLED, "expect=[]", "output.fields=[]", f"grid={{points: {count}, size: {side} mm}}")
-            for _ in range(2):
-                setup, began = set_up(fretsolve.load_case(CASES / "mode1_similar.yaml", sets)), time.process_time()
-                applications = sum(state.summary.operator_applications for state in fretsolve.run(setup))
-                seconds = time.process_time() - began
-            share = "5/6" if side == SIDE else f"5/{6 * TIMES}"
-            print(f"| {what} | {share} | {count} | {applications} | {seconds:.3f} |", flush=True)
-
-
-WINDOWED = (256, 512)
-TIMES, SIDE = 8, 0.72
-
 KEPT = {
     "normal problem": "p",
     "tangential problem": "q",
@@ -132,8 +113,6 @@ KEPT = {
     "slip and dissipated energy": "slip",
 }
 """Short names of the parts."""
-
-PARTS = {"scenes": print_scenes, "windows": print_windows}
 
 
 def main() -> None:
@@ -145,7 +124,7 @@ def main() -> None:
         name, full = asked.memory
         print_bytes_per_cell(name, full == "1")
     else:
-        report(PARTS, asked.into)
+        report({"scenes": print_scenes}, asked.into)
 
 
 if __name__ == "__main__":

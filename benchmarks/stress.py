@@ -19,7 +19,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from marked import parser_of, report
+from helpers import parser_of, report
 
 from fretsolve.elastic.fftw import plan, pyfftw
 from fretsolve.model.grid import Grid

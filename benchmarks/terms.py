@@ -19,7 +19,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from marked import data_file, parser_of, report, write_csv
+from helpers import data_file, parser_of, report, write_csv
 
 import fretsolve
 from fretsolve.errors import NoSolutionError

@@ -31,7 +31,7 @@ from pathlib import Path
 from tempfile import gettempdir
 
 import numpy as np
-from marked import data_file, parser_of, report, write_csv
+from helpers import data_file, parser_of, report, write_csv
 from numba.core import event
 
 from fretsolve import open_result, run_with_error_bars

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from marked import parser_of, report
+from helpers import parser_of, report
 
 from fretsolve import run
 from fretsolve.case.keys.body_spec import ElasticBody

@@ -33,7 +33,7 @@ LARGEST_WISDOM = 2**26
 
 TIME_BY_TWOS = (2.5, 2.0, 1.4, 1.2, 1.0)
 """Time per point of a transform whose length holds the factor 2 that many times, over that of lengths with a factor of
-16, which suit vector instructions best. Measured by `benchmarks/transform_lengths.py`."""
+16, which suit vector instructions best."""
 
 
 def padded_length(points: int) -> int:

@@ -54,7 +54,7 @@ normal load changes; where the pressure follows the shear, in the normal problem
 
 CALL_SECONDS, NUMPY_SLOWNESS = 0.1e-3, 2.0
 """Seconds per application for any number of cells, and factor on all times without numba. With both, mode I.3 takes a
-quarter more at most than measured on 32 x 32 to 256 x 256 points (`python benchmarks/small_grids.py`)."""
+quarter more at most than measured on 32 x 32 to 256 x 256 points (`python benchmarks/bench_path.py`)."""
 
 COARSE_CELLS, COARSE_APPLICATIONS, COARSE_CALLS = 0.5, 0.33, 3.0
 """Of the coarse runs for error bars over those of the run: cells, applications in units of one on the run's grid, and

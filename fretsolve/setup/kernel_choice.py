@@ -16,7 +16,7 @@ LOAD_SECONDS = 0.8
 NORMAL, TANGENTIAL, COUPLED = (1e-3, 0.25e-6), (2e-3, 0.6e-6), (2e-3, 0.35e-6)
 """Seconds that the compiled kernels save per increment, and per increment and cell: in the normal problem, with the
 tangential one as well, and where both are solved in turns. From 32 x 32 to 256 x 256 points the sum is right within a
-third (`python benchmarks/small_grids.py`, `python benchmarks/bench_path.py`)."""
+third (`python benchmarks/bench_path.py`)."""
 
 
 def seconds_saved(model: Model, cells: float, increments: int) -> float:

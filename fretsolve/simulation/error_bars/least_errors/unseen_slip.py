@@ -34,8 +34,7 @@ of the width. Spheres and cylinders missed up to nearly all of that."""
 FLAT_WORK = 1.0
 """What a flat punch dissipates that is pressed against an unlike body, over mu beta (w/a) pm^2 a^3/E*, with the mean
 pressure pm: near its edge, a distance s from it, the pressure goes with pm (a/s)^(1/2), and slip with beta (pm/E*)
-(a s)^(1/2). It is 0.77, 0.82 and 0.89 at w/a = 0.16, 0.06 and 0.016
-(`python benchmarks/flat_punch.py`)."""
+(a s)^(1/2). It is 0.77, 0.82 and 0.89 at w/a = 0.16, 0.06 and 0.016."""
 
 BEYOND_DEPTH, SLIP_BEYOND, WORK_BEYOND = 1.5, 3.0, 3.0
 """Slip of unlike bodies goes beyond a rounding if without slip the shear traction would reach the friction limit

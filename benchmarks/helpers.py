@@ -1,6 +1,7 @@
-"""Put what a script prints between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a page.
+"""Put figures into pages, keep what takes long in files, and share work among processes.
 
-Tables that are too long for a page go to CSV files in ``data`` beside it.
+What a script prints goes between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a page. Tables
+that are too long for a page go to CSV files in ``data`` beside it.
 """
 
 from __future__ import annotations
@@ -9,10 +10,16 @@ import argparse
 import contextlib
 import csv
 import io
+import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+Item = TypeVar("Item")
+Outcome = TypeVar("Outcome")
 
 
 def parser_of(description: str | None) -> argparse.ArgumentParser:
@@ -64,3 +71,40 @@ def write_csv(file: Path, headings: Sequence[str], rows: Iterable[Sequence[objec
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(headings)
         writer.writerows(rows)
+
+
+def kept(folder: Path | None, name: str, make: Callable[[], Any]) -> Any:
+    """Return what `make` returns, as JSON has it, from the file of that name in `folder` if it is there.
+
+    Without a folder nothing is kept. Delete the folder where the solver or the cases have changed.
+    """
+    if folder is None:
+        return make()
+    file = folder / f"{re.sub('[^A-Za-z0-9.]+', '_', name)}.json"
+    if not file.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        unfinished = file.with_suffix(".part")
+        unfinished.write_text(json.dumps(make()))
+        unfinished.rename(file)
+    return json.loads(file.read_text())
+
+
+class _Work:
+    """What a process does: `function` for the item of a number. Items are inherited: closed forms cannot be sent."""
+
+    function: ClassVar[Callable[[Any], Any]]
+    items: ClassVar[Sequence[Any]]
+
+    @classmethod
+    def inherit(cls, function: Callable[[Any], Any], items: Sequence[Any]) -> None:
+        cls.function, cls.items = function, items
+
+    @classmethod
+    def done(cls, number: int) -> Any:
+        return cls.function(cls.items[number])
+
+
+def outcomes(function: Callable[[Item], Outcome], items: Sequence[Item], processes: int) -> Iterator[Outcome]:
+    """Yield `function` of each item, in their order."""
+    with get_context("fork").Pool(processes, _Work.inherit, (function, items)) as pool:
+        yield from pool.imap(_Work.done, range(len(items)))
