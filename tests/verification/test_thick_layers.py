@@ -74,7 +74,7 @@ def test_the_figures_that_are_told() -> None:
     pressure = [-4.0 * integral(2, nu) / (9.0 * math.pi) for nu in POISSON]
     line = [-integral(1, nu) / 4.0 for nu in POISSON]
     told = re.search(
-        r"(\d+) contact radii .* by (\d) to (\d) % .* less than ([\d.]+) %; one (\d) .* by (\d) to (\d) %", said
+        r"(\d+) contact radii .* by (\d) to (\d) % .* less than ([\d.]+) %; a base (\d) .* and (\d) to (\d) %", said
     )
     assert told is not None
     far, least, most, negligible, near, low, high = map(float, told.groups())

@@ -23,6 +23,7 @@ def summary(**loads: float) -> Any:
                 "stick_radius": 0.3,
                 "stage": 1,
                 "work": 0.0,
+                **dict.fromkeys(("delta_x", "delta_y", "phi_z"), 0.0),
             }
             | loads
         ),
@@ -34,6 +35,16 @@ def test_a_reversal_goes_twice_the_way_and_keeps_the_largest_share():
     assert (path.last, path.length, path.largest) == pytest.approx((1.5, 2.25, 0.75))
     assert (path.last_at_edge, path.at_edge) == pytest.approx((2e-6, 3e-6))
     assert path.left == pytest.approx(0.25)
+
+
+def test_the_part_of_the_work_that_strains_is_nothing_where_all_slides() -> None:
+    stuck = ShearPath().after(summary(Qx=30.0, delta_x=1e-3), 40.0, 0.0, 0.0)
+    assert stuck.strained == 1.0
+    slid = stuck.after(summary(Qx=30.0, delta_x=3e-3, work=0.06), 40.0, 0.0, 0.0)
+    assert slid.strained == pytest.approx(0.0, abs=1e-12)
+    turned = slid.after(summary(Qx=30.0, Mz=3.0, delta_x=3e-3, phi_z=1e-3, work=1e-3), 40.0, 0.0, 0.0)
+    assert turned.strained == pytest.approx(1.0 - 1e-3 / 1.5e-3)
+    assert turned.after(summary(Qx=30.0, delta_x=math.nan, work=1.0), 40.0, 0.0, 0.0).strained == 1.0
 
 
 def test_each_way_counts_under_its_own_load() -> None:
