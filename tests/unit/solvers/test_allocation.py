@@ -76,7 +76,17 @@ def tangential(solver: TangentialSolver, limit: np.ndarray, shear: np.ndarray, l
     return solver.solve(elastic_slip, control, limit, shear, TOLERANCE, 500, SlipScales()).iterations
 
 
+TRIES = 3
+"""Other threads of the process allocate now and then; what the solver allocates, it does in each try."""
+
+
 def test_iterations_of_the_conjugate_gradients(operator: ElasticOperator) -> None:
+    # a plane of numbers in single precision has 4 bytes per cell
+    assert min(_peak_of_iterations(operator) for _ in range(TRIES)) < 3.0
+
+
+def _peak_of_iterations(operator: ElasticOperator) -> float:
+    """Return the largest peak of the conjugate gradients, in bytes per cell."""
     pressing, pressure = NormalSolver(operator, GRID), np.zeros(GRID.shape)
     normal(pressing, pressure, 300.0)
     with peak_of_each(pressing._cg, "solve") as peaks:
@@ -86,11 +96,16 @@ def test_iterations_of_the_conjugate_gradients(operator: ElasticOperator) -> Non
     with peak_of_each(sliding._cg, "solve") as more_peaks:
         iterations += tangential(sliding, 0.1 * pressure, shear, 14.0)
     assert iterations > 6
-    assert max(peaks + more_peaks) < 3.0  # a plane of numbers in single precision has 4
+    return max(peaks + more_peaks)
 
 
 def test_rounds_of_a_solve(operator: ElasticOperator) -> None:
-    """Only masks, of a byte per cell, are made anew."""
+    """Only masks, of a byte per cell, are made anew: a plane of numbers in single precision has 4."""
+    assert min(_peak_of_rounds(operator) for _ in range(TRIES)) < 4.0
+
+
+def _peak_of_rounds(operator: ElasticOperator) -> float:
+    """Return the largest peak of a part of a solve, in bytes per cell."""
     pressing, pressure = NormalSolver(operator, GRID), np.zeros(GRID.shape)
     normal(pressing, pressure, 300.0)
     rounds = (
@@ -116,4 +131,4 @@ def test_rounds_of_a_solve(operator: ElasticOperator) -> None:
         tangential(sliding, 0.1 * pressure, shear, 14.0)
     assert len(peaks) > 5
     assert len(more_peaks) > 5
-    assert max(peaks + more_peaks) < 4.0  # a plane of numbers in single precision
+    return max(peaks + more_peaks)
