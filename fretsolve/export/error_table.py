@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fretsolve.export.selection import relevant_columns, unit_for_people
 from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
-from fretsolve.result.verdict import hides_energy
+from fretsolve.result.verdict import hides_energy, pressing_scales
 
 TINY = 1e-3
 """Value over the one that goes with it, below which error bars have not been compared with true errors."""
+
+SCALE_WORDS = {"Q": "P", "M": "P times the contact radius", "d": "delta_z", "p": "delta_z over the radius"}
+"""The scales of such values in words, by the first letters of their names."""
 
 TINY_MARK = "*"
 """Stands before the name of such a value."""
@@ -57,17 +58,11 @@ def _names(result: Result) -> list[str]:
 def _tiny_values(result: Result) -> dict[str, str]:
     """Return the last values that are next to nothing, each with what it is small against, in words."""
     history = result.history
-    force, approach, radius = (float(np.abs(history[name]).max()) for name in ("P", "delta_z", "contact_radius"))
-    scales = {
-        **dict.fromkeys(("Qx", "Qy"), (force, "P")),
-        **dict.fromkeys(("Mx", "My", "Mz"), (force * radius, "P times the contact radius")),
-        **dict.fromkeys(("delta_x", "delta_y"), (approach, "delta_z")),
-        **dict.fromkeys(("phi_x", "phi_y", "phi_z"), (approach / radius if radius else 0.0, "delta_z over the radius")),
-    }
+    scales = pressing_scales(history)
     return {
-        name: scales[name][1]
+        name: SCALE_WORDS[name[0]]
         for name in _names(result)
-        if name in scales and abs(history[name][-1]) < TINY * scales[name][0] and history[name + ERROR_SUFFIX][-1] > 0.0
+        if name in scales and abs(history[name][-1]) < TINY * scales[name] and history[name + ERROR_SUFFIX][-1] > 0.0
     }
 
 

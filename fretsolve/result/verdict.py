@@ -178,12 +178,23 @@ def _with_advice(
 
 def _is_nothing(name: str, history: Mapping[str, DoubleArray], ends: IndexArray) -> bool:
     """Return whether a load or displacement is 0 but for rounding at all `ends` of stages, as by symmetry."""
-    if name not in itertools.chain(*PAIRS[1:]):
-        return False
+    size = pressing_scales(history, ends).get(name)
+    return size is not None and float(np.abs(history[name][ends]).max()) <= ROUNDING * size
+
+
+def pressing_scales(history: Mapping[str, DoubleArray], rows: IndexArray | slice = slice(None)) -> dict[str, float]:
+    """Return what presses in some rows: the scales against which other loads and displacements may be next to nothing.
+
+    What is not known, as the approach of a line contact, counts as 0.
+    """
     pressing = ("P", "delta_z", "contact_radius")
-    force, approach, radius = (float(np.nan_to_num(np.abs(history[one][ends])).max()) for one in pressing)
-    sizes = {"Q": force, "M": force * radius, "d": approach, "p": approach / radius if radius else 0.0}
-    return float(np.abs(history[name][ends]).max()) <= ROUNDING * sizes[name[0]]
+    force, approach, radius = (float(np.nan_to_num(np.abs(history[one][rows])).max()) for one in pressing)
+    return {
+        **dict.fromkeys(("Qx", "Qy"), force),
+        **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
+        **dict.fromkeys(("delta_x", "delta_y"), approach),
+        **dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0),
+    }
 
 
 def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:

@@ -57,8 +57,8 @@ jump to be possible at all; runs within their tolerance do not meet it."""
 class JumpLimits:
     """The limits of a jump besides its error.
 
-    depth: largest depth that the last cycle wears (mm); scale: largest elastic displacement (mm); left: the cycles that
-    are left, without the last one; most: those over which friction stays nearly the same.
+    depth: largest depth that the last cycle wears (mm); scale: largest elastic displacement (mm), of the first jump;
+    left: the cycles that are left, without the last one; most: those over which friction stays nearly the same.
     """
 
     depth: float

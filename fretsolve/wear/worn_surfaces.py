@@ -30,7 +30,7 @@ from fretsolve.wear.law import WearLaw
 from fretsolve.wear.profile import ProfileProblem, wear_over_jump
 from fretsolve.wear.progress import Progress, SolvedCycle
 from fretsolve.wear.rates import owed, rate_over_jump, rates_of
-from fretsolve.wear.settling import excess, require_periodic
+from fretsolve.wear.settling import excess, last_jump, require_periodic
 
 PROFILE_SHARE = 0.2
 """Part of the tolerance that the error may have which the change of the pressure over a jump causes. No cycle is solved
@@ -183,7 +183,8 @@ class WornSurfaces:
             require_periodic(cycles, jumps.tolerance)
         deepest = float((self.state.depth - self.state.mark).max())
         allowed = allowed_error(jumps.tolerance, progress.worn(cycle), cycles[-1].volume, left)
-        return next_jump(cycles, jumps, JumpLimits(deepest, self._scale(pressure), left, steady), allowed)
+        scale = self._scale(pressure) if last_jump(cycles) is None else math.inf  # which only the first jump needs
+        return next_jump(cycles, jumps, JumpLimits(deepest, scale, left, steady), allowed)
 
     def _scale(self, pressure: DoubleArray) -> float:
         """Return the largest normal displacement (mm); in a line contact about by what the middle sinks more than the

@@ -55,10 +55,10 @@ class CycleSteps:
 
 @dataclass(frozen=True)
 class LimitDistance:
-    """How far a cycle is from the limit of its repetitions, as an estimate.
+    """The estimated distance of a cycle from the limit of its repetitions.
 
-    energy: of the dissipated energy, over itself; value: of the value at the end that is farthest, `name`, over the
-    range of its kind in the cycle.
+    energy: distance of the dissipated energy, over itself; value: distance of the value at the end that is farthest,
+    `name`, over the range of its kind in the cycle.
     """
 
     energy: float

@@ -80,7 +80,7 @@ class CycleTable:
 
     columns: by the names of `CYCLES`, and of error bars, each ``(cycles,)``, NaN where a value does not exist; units,
     meanings: of each; outcomes: a sentence on each cycle that was to run until it is periodic, and whether it is;
-    notes: why values do not exist.
+    notes: what the increments of the loops do not tell.
     """
 
     columns: Mapping[str, NDArray[Any]]
@@ -169,13 +169,14 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
         if len(last) < 2 or cycle.until is None:
             continue
         left = distance_to_limit(history, last)
-        energy, value = (percent(round(one, 6)) for one in (left.energy, left.value))
-        distances = (
-            f"by the last changes the dissipated energy is about {energy} from its limit, {left.name} at the end"
-            f" {value} of its scale, tolerance {percent(cycle.until)}"
-        )
         if len(last) == 2 and left.largest > cycle.until:
             distances = "two cycles do not tell how far the limit is"
+        else:
+            energy, value = (percent(round(one, 6)) for one in (left.energy, left.value))
+            distances = (
+                f"by the last changes the dissipated energy is about {energy} from its limit, {left.name} at the end"
+                f" {value} of its scale, tolerance {percent(cycle.until)}"
+            )
         if left.largest <= cycle.until:
             found.append((f"{cycle.key}: periodic after {ends} of at most {cycle.most}: {distances}", True))
         elif cycle.turn == cycle.most:
