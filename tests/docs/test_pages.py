@@ -56,7 +56,17 @@ def test_output_agrees_up_to_numbers_and_what_is_left_out(shown: str, printed: s
     assert agree(shown.splitlines(), printed.splitlines()) is same
 
 
-@pytest.mark.parametrize("page", pages("howto"), ids=lambda page: page.stem)
+LONG = {"crack_initiation", "sweeps"}
+"""Pages whose commands take many seconds."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.stem, marks=[pytest.mark.slow] if page.stem in LONG else [])
+        for page in pages("howto")
+    ],
+)
 def test_commands_and_code_do_what_the_page_says(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, programs = tmp_path / "page", tmp_path / "bin"
     shutil.copytree(ROOT / "cases", folder / "cases", ignore=shutil.ignore_patterns("*.h5", "*.parts"))

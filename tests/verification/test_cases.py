@@ -14,7 +14,13 @@ KINDS = ("closed form", "other program", "experiment", "regression")
 """Of references, as the page on verification names them."""
 
 
-@pytest.mark.parametrize("name", [*NAMES, *PUBLISHED])
+LONG = {"ellipsoid_oblique", "friction_cap", "mode1_dissimilar"}
+"""Cases of many increments on fine grids."""
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in (*NAMES, *PUBLISHED)]
+)
 def test_every_increment_is_certified(shipped, name):
     solved = shipped(name)
     worst = max(step.worst_residual for step in solved.history)
