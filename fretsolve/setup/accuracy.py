@@ -1,4 +1,4 @@
-"""Pick the settings that an accuracy asks for, by measured laws (docs/accuracy.md).
+"""Pick the settings that an accuracy asks for, by measured laws (docs/howto/grid_and_increments.md).
 
 The error bars give the case's own errors; `result.verdict` judges by them.
 """
