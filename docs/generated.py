@@ -165,27 +165,28 @@ def python_results() -> Iterator[str]:
 
 
 def python_pictures() -> Iterator[str]:
-    """Return what all functions that draw have in common, and a table of them."""
+    """Return what all functions that draw have in common, and how to call each."""
     module = importlib.import_module(PICTURES)
     yield _paragraphs(inspect.getdoc(module) or "") + "\n"
-    yield "After `import fretsolve.plots`, `help(fretsolve.plots.loop)`, and so on, has the arguments and defaults.\n"
-    found = {name: _found(PICTURES, name) for name in module.__all__ if name[0].islower()}
-    rows = [
-        (f"`{name}{_signature(one).partition(' -> ')[0]}`", _in_a_cell(_first_paragraph(one)).removeprefix("Draw "))
-        for name, one in found.items()
-    ]
-    yield from table(("function", "draws"), rows)
+    yield "[fretsolve plot](commands.md#fretsolve-plot) says what each draws, `help(fretsolve.plots.loop)` how.\n"
+    for name in module.__all__:
+        if name[0].islower():
+            yield f"- `{name}{_signature(_found(PICTURES, name)).partition(' -> ')[0]}`"
 
 
 def python_closed_forms() -> Iterator[str]:
-    """Return a table of the functions of the closed forms, and of the classes that they return."""
+    """Return a table of the modules of the closed forms, with their functions and the classes that these return."""
     rows = []
-    for module in CLOSED_FORMS:
-        for name, subject in vars(importlib.import_module(module)).items():
-            own = callable(subject) and subject.__module__ == module and name[0] != "_"
-            if own and not getattr(subject, "_is_protocol", False):
-                rows.append((f"`{name}{_signature(subject)}`", _in_a_cell(_first_paragraph(subject))))
-    yield from table(("function or class", "meaning"), rows)
+    for name in CLOSED_FORMS:
+        module = importlib.import_module(name)
+        names = [
+            f"`{each}`"
+            for each, subject in vars(module).items()
+            if callable(subject) and subject.__module__ == name and each[0] != "_"
+            if not getattr(subject, "_is_protocol", False)
+        ]
+        rows.append((f"`{name.rpartition('.')[2]}`", _in_a_cell(_first_paragraph(module)), ", ".join(names)))
+    yield from table(("module", "subject", "functions and classes"), rows)
 
 
 def python_errors() -> Iterator[str]:

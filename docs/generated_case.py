@@ -14,9 +14,6 @@ Schema = Mapping[str, Any]
 
 KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
 
-LEAST_SHARED = 2
-"""Fewest keys of a section that are named with a link to an earlier one that has them, not shown again."""
-
 MOST_NAMED = 20
 """Most values of a key that are listed: only the names of the history are more."""
 
@@ -47,7 +44,7 @@ class Shown(dict[Sequence[str], str]):
             sections.setdefault(self.get(row, ""), []).append(row)
         lines, known = [], []
         for link, same in sections.items():
-            if link and len(same) >= LEAST_SHARED:
+            if link:
                 known += same
                 lines.append(f"{', '.join(row[0] for row in same)}: as in {link}.\n")
         return lines, [row for row in rows if row not in known]
@@ -142,8 +139,8 @@ def _value(node: Schema) -> str:
             return ", or ".join(found)
     if node.get("type") == "array":
         return _list(node)
-    words = {"integer": "whole number", "boolean": "`true`, `false`", "string": "text", "number": "number"}
-    least = f" from {node['minimum']} on" if node.get("type") == "integer" and "minimum" in node else ""
+    words = {"integer": "integer", "boolean": "`true`, `false`", "string": "text", "number": "number"}
+    least = f" from {node['minimum']}" if node.get("type") == "integer" and "minimum" in node else ""
     return words[node["type"]] + least
 
 
@@ -155,7 +152,9 @@ def _is_bare(part: Schema, node: Schema) -> bool:
 
 def _list(node: Schema) -> str:
     if "prefixItems" in node:
-        return f"list of {len(node['prefixItems'])}, each {_value(node['prefixItems'][0])}"
+        each, count = _value(node["prefixItems"][0]), len(node["prefixItems"])
+        plain = re.fullmatch("`([^`]*)`", each)
+        return f"`[{', '.join([plain[1]] * count)}]`" if plain else f"list of {count}, each {each}"
     return f"list of {_value(node['items'])}"
 
 
