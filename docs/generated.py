@@ -39,9 +39,9 @@ from fretsolve.result.layout import (
 PAGES = Path(__file__).parent / "reference"
 
 ERROR_ENDINGS = {
-    "_corrected_error": "estimated error of the corrected value",
-    "_corrected": "value corrected for the number of increments",
-    "_error": "estimated error",
+    "_corrected_error": "estimated error of the corrected",
+    "_corrected": "value, corrected for the number of increments, of",
+    "_error": "estimated error of",
 }
 """What the endings of columns of error bars mean, a longer ending before the one that it ends with."""
 
@@ -73,18 +73,16 @@ def history() -> Iterator[str]:
 
 
 def errors() -> Iterator[str]:
-    """Return the columns of the error bars: those of many quantities in one row, then the others."""
-    of, others = {ending: list[str]() for ending in ERROR_ENDINGS}, []
+    """Return the columns of the error bars: columns of many quantities in one line, then the others."""
+    of, others = {ending: list[str]() for ending in ERROR_ENDINGS}, list[Quantity]()
     for quantity in ERRORS:
         ending = next((ending for ending in ERROR_ENDINGS if quantity.name.endswith(ending)), None)
         if ending is None:
-            others.append((f"`{quantity.name}`", quantity.units, quantity.long_name))
+            others.append(quantity)
         else:
             of[ending].append(f"`{quantity.name.removesuffix(ending)}`")
-    rows = [
-        (f"`NAME{ending}`", "of NAME", f"{ERROR_ENDINGS[ending]}: {', '.join(names)}") for ending, names in of.items()
-    ]
-    yield from table(("dataset", "units", "meaning"), (*rows, *others))
+    yield from (f"- `NAME{ending}`: {ERROR_ENDINGS[ending]} {', '.join(names)}" for ending, names in of.items())
+    yield from _quantities(others)
 
 
 def cycles() -> Iterator[str]:
@@ -98,8 +96,9 @@ def fields() -> Iterator[str]:
 
 
 def _quantities(quantities: Sequence[Quantity]) -> Iterator[str]:
-    rows = [(f"`{quantity.name}`", quantity.units, quantity.long_name) for quantity in quantities]
-    yield from table(("dataset", "units", "meaning"), rows)
+    for quantity in quantities:
+        units = "" if quantity.units == "1" else f" ({quantity.units})"
+        yield f"- `{quantity.name}`{units}: {quantity.long_name}"
 
 
 def commands(group: click.Group = main, name: str = "fretsolve", shown: Shown | None = None) -> Iterator[str]:
@@ -125,7 +124,7 @@ def _command(command: click.Command, name: str, shown: Shown) -> Iterator[str]:
     lines, rows = shown.split([(_option(each), _meaning(each)) for each in options])
     yield from lines
     if rows:
-        yield from table(("option", "meaning"), rows)
+        yield from (f"- {option}: {meaning}" for option, meaning in rows)
         yield ""
     for row in rows:
         shown.setdefault(row, f"[{name}](#{name.replace(' ', '-')})")
@@ -142,12 +141,12 @@ def _value_of(parameter: click.Parameter) -> str:
 
 def _option(option: click.Option) -> str:
     names = ", ".join(f"`{name}`" for name in option.opts)
-    return names if option.is_flag else f"{names} {_escaped(_value_of(option))}"
+    return names if option.is_flag else f"{names} {_value_of(option)}"
 
 
 def _meaning(option: click.Option) -> str:
     default = f" The default is {option.default}." if option.show_default and not option.is_flag else ""
-    return _in_a_cell((option.help or "") + default)
+    return _paragraphs((option.help or "") + default)
 
 
 def python_functions() -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The keys of the case file as tables, from its JSON Schema; `docs/generated.py` writes them into the reference."""
+"""The keys of the case file as lists, from its JSON Schema; `docs/generated.py` writes them into the reference."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.case.schema import area_schema, line_schema
 
 Schema = Mapping[str, Any]
-
-KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
 
 MOST_NAMED = 20
 """Most values of a key that are listed: only the names of the history are more."""
@@ -35,7 +33,7 @@ def line_case_file() -> Iterator[str]:
 
 
 class Shown(dict[Sequence[str], str]):
-    """The rows of keys that stand on the page, each with a link to its section; later sections refer to them."""
+    """The keys that stand on the page, each with a link to its section; later sections refer to them."""
 
     def split(self, rows: Sequence[Sequence[str]]) -> tuple[list[str], list[Sequence[str]]]:
         """Return lines that refer to sections with some of `rows`, and the rest of them."""
@@ -75,22 +73,22 @@ def _mapping(schema: Schema, link: str, shown: Shown) -> Iterator[str]:
         schema = next(part for part in schema["anyOf"] if "properties" in part)
         yield f"A value alone stands for `{next(iter(schema['properties']))}`.\n"
     yield schema["description"] + "\n"
-    required = dict.fromkeys(schema.get("required", ()), "needed")
+    required = dict.fromkeys(schema.get("required", ()), "**needed**")
     if "then" in schema:
         without = schema["if"]["not"]["required"][0]
-        required |= dict.fromkeys(schema["then"]["required"], f"needed without `{without}`")
+        required |= dict.fromkeys(schema["then"]["required"], f"**needed** without `{without}`")
     rows = []
     for key, node in schema["properties"].items():
-        default = required[key] if key in required else _default(node)
         value, meaning = _value(node), node.get("description", "").partition(UNIT_NOTE)[0]
         meaning, _, example = meaning.partition(", such as ")
         if example and f"`{example}`" not in value:
             meaning += f", such as {example}"
-        rows.append((f"`{key}`", value, default, meaning))
+        value += f", {required[key]}" if key in required else _default(node)
+        rows.append((f"`{key}`", f"({value}): {meaning}"))
     lines, rest = shown.split(rows)
     yield from lines
     if rest:
-        yield from table(KEY_HEADINGS, rest)
+        yield from (f"- {' '.join(row)}" for row in rest)
     for row in rows:
         shown.setdefault(row, link)
 
@@ -108,12 +106,13 @@ def _link(heading: str) -> str:
 
 
 def _default(node: Schema) -> str:
-    if "default" not in node:
-        return ""
-    value = node["default"]
+    """Return the default, to follow the value; none of an empty list, and of a mapping, whose keys have their own."""
+    value = node.get("default", {})
     if isinstance(value, Mapping):
-        return f"`{next(iter(value.values()))}`" if len(value) == 1 else "those below"
-    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+        if len(value) != 1:
+            return ""
+        value = next(iter(value.values()))
+    return "" if value == [] else f"; default `{str(value).lower() if isinstance(value, bool) else value}`"
 
 
 def _value(node: Schema) -> str:
