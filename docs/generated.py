@@ -189,16 +189,14 @@ def python_closed_forms() -> Iterator[str]:
 
 
 def python_errors() -> Iterator[str]:
-    """Return a table of the errors."""
+    """Return the errors."""
     waiting: list[type[FretsolveError]] = [FretsolveError]
-    rows = []
     while waiting:
         kind = waiting.pop(0)
         waiting = [*kind.__subclasses__(), *waiting]
         if kind.__module__ == FretsolveError.__module__:
             base = kind.__bases__[0].__name__
-            rows.append((f"`{kind.__name__}`", f"`{base}`", _in_a_cell(_first_paragraph(kind))))
-    yield from table(("error", "a kind of", "meaning"), rows)
+            yield f"- `{kind.__name__}` (a kind of `{base}`): {_paragraphs(_first_paragraph(kind))}"
 
 
 def _found(module: str, name: str) -> Any:
@@ -219,9 +217,8 @@ def _described(subject: Any, name: str) -> Iterator[str]:
         names = [field.name for field in dataclasses.fields(subject) if not field.name.startswith("_")]
         if len(names) <= MOST_NAMED:  # those of the history are on its page
             yield f"Attributes: {', '.join(f'`{name}`' for name in names)}.\n"
-    rows = list(_members(subject)) if inspect.isclass(subject) else []
-    if rows:
-        yield from table(("member", "meaning"), rows)
+    if inspect.isclass(subject):
+        yield from (f"- {member}: {meaning}" for member, meaning in _members(subject))
         yield ""
 
 
@@ -233,9 +230,9 @@ def _members(subject: type) -> Iterator[tuple[str, str]]:
         if name[0] == "_" or not text:
             continue
         if isinstance(member, property):
-            yield f"`{name}`", _in_a_cell(text)
+            yield f"`{name}`", " ".join(_paragraphs(text).split())
         elif inspect.isfunction(member):
-            yield f"`{name}{_signature(member)}`", _in_a_cell(text)
+            yield f"`{name}{_signature(member)}`", " ".join(_paragraphs(text).split())
 
 
 def _signature(function: Callable[..., Any]) -> str:
