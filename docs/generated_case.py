@@ -33,7 +33,7 @@ def line_case_file() -> Iterator[str]:
 
 
 class Shown(dict[Sequence[str], str]):
-    """The keys that stand on the page, each with a link to its section; later sections refer to them."""
+    """Keys and descriptions on the page, each with a link to its section; later sections refer to them."""
 
     def split(self, rows: Sequence[Sequence[str]]) -> tuple[list[str], list[Sequence[str]]]:
         """Return lines that refer to sections with some of `rows`, and the rest of them."""
@@ -72,7 +72,10 @@ def _mapping(schema: Schema, link: str, shown: Shown) -> Iterator[str]:
     if "anyOf" in schema:
         schema = next(part for part in schema["anyOf"] if "properties" in part)
         yield f"A value alone stands for `{next(iter(schema['properties']))}`.\n"
-    yield schema["description"] + "\n"
+    about = (schema["description"],)
+    if about not in shown:
+        yield about[0] + "\n"
+        shown[about] = link
     required = dict.fromkeys(schema.get("required", ()), "**needed**")
     if "then" in schema:
         without = schema["if"]["not"]["required"][0]
