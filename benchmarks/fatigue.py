@@ -18,8 +18,8 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.fatigue.criteria import critical_plane, plane_criteria
-from fretsolve.fatigue.criteria.by_name import fatigue_field
+from fretsolve.fatigue import criteria, critical_plane
+from fretsolve.fatigue.criteria import fatigue_field
 from fretsolve.fatigue.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
@@ -115,7 +115,7 @@ def print_scan(count: int = 600) -> None:
     print("| step, degrees | planes | findley | fatemi-socie | swt | findley, improved | fatemi-socie | swt |")
     print("| --- " * 8 + "|")
     stress = random_histories(count)
-    planes = [getattr(plane_criteria, name)(MATERIAL) for name in ("findley", "fatemi_socie", "swt")]
+    planes = [getattr(criteria, name)(MATERIAL) for name in ("findley", "fatemi_socie", "swt")]
     exact = [critical_plane.search(plane, stress, refine_all=True).value for plane in planes]
     for step in (15.0, 10.0, 5.0, 2.0):
         cells = []

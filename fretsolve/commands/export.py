@@ -10,7 +10,7 @@ from fretsolve.export import FORMATS
 from fretsolve.export.selection import stored_step
 from fretsolve.export.xdmf import points_file, require_readable
 from fretsolve.result import Result, open_result
-from fretsolve.stress.names import ComputedFile, opened_computed
+from fretsolve.stress.computed_file import ComputedFile, opened_computed
 from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.progress import print_warnings
 

@@ -22,7 +22,7 @@ def require_room(setup: ProblemSetup, out: Path) -> None:
     """Raise CaseError, before the run, if stresses or fatigue that the case asks for cannot be computed after it."""
     output = setup.case.output
     if (spec := output.stress) is not None:
-        from fretsolve.stress.of_case import increments_before, request_before, room_problem
+        from fretsolve.stress.request import increments_before, request_before, room_problem
 
         stages = len(setup.load_path.last_steps)
         count = increments_before(spec, -(-setup.load_path.increments // output.every), stages)
@@ -30,7 +30,7 @@ def require_room(setup: ProblemSetup, out: Path) -> None:
         if (problem := room_problem(request, free_bytes(out))) is not None:
             raise setup.case.source.problem(problem, ("output", "stress"))
     if output.fatigue is not None:
-        from fretsolve.fatigue.of_case import require_fatigue
+        from fretsolve.fatigue.request import require_fatigue
 
         require_fatigue(setup, free_bytes(out))
 
@@ -63,7 +63,7 @@ def require_own_beside(setup: ProblemSetup, out: Path, header: RunHeader, *, res
 def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
     """Return whether a file was computed from a run that gives the same numbers. Raises FileError if it is damaged."""
     from fretsolve.result.header import is_same_run
-    from fretsolve.stress.names import opened_computed
+    from fretsolve.stress.computed_file import opened_computed
 
     with opened_computed(path) as found:
         return found is not None and found.kind == kind and is_same_run(found.attributes, attributes)
@@ -79,10 +79,11 @@ def write_beside(case: Case, out: Path, threads: int, *, quiet: bool, overwrite:
         return
     from fretsolve.commands.fatigue import write_fatigue_with_messages
     from fretsolve.commands.stress import FileOrder, write_with_messages
-    from fretsolve.fatigue import of_case as fatigue_of_case
+    from fretsolve.fatigue import request as fatigue_of_case
     from fretsolve.fatigue.names import fatigue_path
-    from fretsolve.stress.names import is_made_from, stress_path
-    from fretsolve.stress.of_case import case_request
+    from fretsolve.stress.computed_file import is_made_from
+    from fretsolve.stress.names import stress_path
+    from fretsolve.stress.request import case_request
     from fretsolve.stress.tractions import TractionHistory
 
     with open_result(out) as result:

@@ -14,7 +14,7 @@ from fretsolve.export.selection import stored_step
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
-from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.influence import Body
 from fretsolve.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.stress.peaks import Key, Peak
 from fretsolve.stress.request import (

@@ -42,7 +42,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
         try:
             setup = set_up(read_case(path, pipe=True).case(overrides))
             if setup.case.output.fatigue is not None:
-                from fretsolve.fatigue.of_case import require_fatigue
+                from fretsolve.fatigue.request import require_fatigue
 
                 require_fatigue(setup)
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):

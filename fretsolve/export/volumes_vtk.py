@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from fretsolve.export.vtk import data_array, grids_folder, write_grid, write_index
 from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
+from fretsolve.stress.computed_file import ComputedFile
 from fretsolve.stress.invariants import principal, von_mises
-from fretsolve.stress.names import ComputedFile
 from fretsolve.stress.stress_file import BodyStress, bodies_of
 from fretsolve.system.arrays import DoubleArray
 
@@ -55,7 +55,7 @@ def write_volumes(computed: ComputedFile, source: Path, path: Path, *, exclusive
 
 
 def _stresses(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
-    for number, body in bodies_of(computed, source).items():
+    for number, body in bodies_of(computed).items():
         for place, step in enumerate(body.steps.tolist()):
             yield _Volume("stress", number, step, body.x, body.y, body.depths, _stress_fields(body, place))
 
@@ -70,7 +70,7 @@ def _stress_fields(body: BodyStress, place: int) -> dict[str, DoubleArray]:
 
 
 def _parameters(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
-    for number, body in fatigue_bodies(computed, source).items():
+    for number, body in fatigue_bodies(computed).items():
         yield _Volume("fatigue", number, body.steps[-1], body.x, body.y, body.depths, _fatigue_fields(body))
 
 

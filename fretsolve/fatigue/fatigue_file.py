@@ -13,24 +13,25 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.errors import FileError
-from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
-from fretsolve.fatigue.criteria.critical_plane import SCAN_STEP
-from fretsolve.fatigue.names import WORST_NAMES, dataset_name
-from fretsolve.fatigue.request import FatigueRequest
-from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
+from fretsolve.case.models import Case
+from fretsolve.fatigue.criteria import FatigueField, fatigue_field
+from fretsolve.fatigue.critical_plane import SCAN_STEP
+from fretsolve.fatigue.names import WORST_NAMES, dataset_name, fatigue_path
+from fretsolve.fatigue.request import case_request, stresses_of_cycle
+from fretsolve.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, opening_of, stresses_beside
 from fretsolve.result import Result
 from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
 from fretsolve.result.layout import Quantity, X, Y
 from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import FIELD_FILTERS, create_column
-from fretsolve.stress.names import ComputedFile, opened_computed, require_made_from
-from fretsolve.stress.stress_file import DEPTH
+from fretsolve.result.storage import create_column
+from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
+from fretsolve.stress.stress_file import write_stress
+from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import own_dataset, own_node
+from fretsolve.system.files import writing
+from fretsolve.system.foreign_files import own_dataset
 
 FORMAT = "fretsolve fatigue 1"
 """Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
@@ -64,21 +65,6 @@ class Worst:
     outermost: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class FatigueCycles:
-    """The stresses of a cycle and the constants of each body; attributes: those of the file of parameters."""
-
-    request: FatigueRequest
-    of_body: Mapping[int, StressCycle]
-    materials: Mapping[int, Material]
-    attributes: Mapping[str, str]
-
-    @property
-    def layers(self) -> int:
-        """The number of layers of all bodies."""
-        return sum(len(cycle.depths) for cycle in self.of_body.values())
-
-
 def write_fatigue(
     cycles: FatigueCycles, target: Path, show: Callable[[], object] = lambda: None, *, exclusive: bool = False
 ) -> tuple[dict[int, dict[str, Worst]], float]:
@@ -104,6 +90,19 @@ def write_fatigue(
             content[str(number)] = _describe_worst(group, worst[number])
         write_sealed(file, {"format": FORMAT, "fretsolve_version": __version__, **cycles.attributes}, content)
     return worst, widest
+
+
+def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
+    """Write the fatigue parameters of a finished run beside its result, and return the name of the file.
+
+    Raises CaseError, FileError.
+    """
+    target, request, tractions = fatigue_path(result.path), case_request(case), TractionHistory(result)
+    with writing(target), stresses_beside(target) as stresses:
+        write_stress(tractions, stresses_of_cycle(tractions, request), stresses, threads)
+        with opened_computed(stresses) as file:
+            write_fatigue(cycles_of(file, stresses, result.path, request), target)
+    return target
 
 
 def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
@@ -155,12 +154,9 @@ def _write_layer(group: Any, scales: list[Any], field: FatigueField, depth: int)
             continue
         axes = scales if suffix == "_normal" else scales[:3]
         if name + suffix not in group:
-            kind = "uint8" if suffix == "_refined" else "float64"
-            whole = tuple(len(scale) for scale in axes)
-            dataset = group.create_dataset(name + suffix, whole, kind, chunks=(1, *whole[1:]), **FIELD_FILTERS)
-            dataset.attrs.update(units=units, long_name=MEANINGS[suffix].format(title))
-            for axis, scale in enumerate(axes):
-                dataset.dims[axis].attach_scale(scale)
+            dtype, chunks = "uint8" if suffix == "_refined" else "float64", (1, *map(len, axes[1:]))
+            meaning = MEANINGS[suffix].format(title)
+            create_values(group, name + suffix, axes, dtype, chunks, units=units, long_name=meaning)
         group[name + suffix][depth] = values.reshape(*shape[1:], *values.shape[1:])
 
 
@@ -229,16 +225,9 @@ class BodyFatigue:
         return self.parameters[name].get(of)
 
 
-def fatigue_bodies(computed: ComputedFile | None, path: Path) -> dict[int, BodyFatigue]:
+def fatigue_bodies(computed: ComputedFile) -> dict[int, BodyFatigue]:
     """Return the bodies of an open file of fatigue parameters. Raises FileError if it is not one, or is damaged."""
-    if computed is None or computed.kind != "fatigue" or not computed.content:
-        raise FileError("is not a file of fatigue parameters, which `fretsolve fatigue` writes", path)
-    with damage_reported(path, "the parameters"):
-        known = {int(number): body for number, body in computed.content.items()}
-        return {
-            number: _read_body(path, own_node(computed.file, f"fatigue/body_{number}"), body)
-            for number, body in known.items()
-        }
+    return computed.bodies("fatigue", _read_body)
 
 
 def read_worst(path: Path, result: Result | None = None) -> dict[str, float]:
@@ -249,10 +238,8 @@ def read_worst(path: Path, result: Result | None = None) -> dict[str, float]:
     found = dict.fromkeys(WORST_NAMES, math.nan)
     if not path.exists():
         return found
-    if result is not None:
-        require_made_from(result, path)
-    with reported("cannot be read", path), opened_computed(path) as file:
-        for body in fatigue_bodies(file, path).values():
+    with opened_beside(path, "fatigue", result) as file:
+        for body in fatigue_bodies(file).values():
             for name, criterion in WORST_NAMES.items():
                 if dataset_name(criterion) in body.criteria:
                     value = float(body.attribute(dataset_name(criterion), "worst"))

@@ -11,7 +11,7 @@ from fretsolve.plots.sheet import Sheet
 
 if TYPE_CHECKING:  # the command line lists the kinds, and is to load click alone
     from fretsolve.result import Result
-    from fretsolve.stress.halfspace.influence import Body
+    from fretsolve.stress.influence import Body
 
 STILL, MOVING = ("png", "pdf", "svg"), ("gif", "mp4")
 """File formats; the first one is the default."""

@@ -22,12 +22,28 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.model.grid import Grid
-from fretsolve.stress.blocks import in_blocks
-from fretsolve.stress.halfspace.influence import Body, Traction
-from fretsolve.stress.halfspace.layers import LayerConvolution, LayerKernels, Window
+from fretsolve.stress.influence import Body, Traction
 from fretsolve.stress.invariants import invariant, principal
+from fretsolve.stress.layers import LayerConvolution, LayerKernels, Window
 from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.system.arrays import BoolArray, DoubleArray
+
+
+def in_blocks(
+    field: DoubleArray, sides: tuple[int, int], shift: tuple[int, int], shape: tuple[int, int]
+) -> DoubleArray:
+    """Return means of a field over blocks of `sides` cells, ``shape``, the first of which begins `shift` before it."""
+    whole = np.zeros((shape[0] * sides[0], shape[1] * sides[1]))
+    whole[shift[0] : shift[0] + field.shape[0], shift[1] : shift[1] + field.shape[1]] = field
+    means: DoubleArray = whole.reshape(shape[0], sides[0], shape[1], sides[1]).mean(axis=(1, 3))
+    return means
+
+
+def merged(window: Window, sides: tuple[int, int]) -> Window:
+    """Return the blocks of `sides` cells that cover a window."""
+    first, second = (slice(one.start // side, -(-one.stop // side)) for one, side in zip(window, sides, strict=True))
+    return first, second
+
 
 EDGE_CELLS = 2
 """Cells from the edge of contact that count as those at the edge."""

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fretsolve.elastic.fftw import load_wisdom, save_wisdom
-from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress.influence import Body
+from fretsolve.stress.layers import LayerConvolution
 from fretsolve.stress.request import StressRequest
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import DoubleArray

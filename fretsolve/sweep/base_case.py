@@ -87,7 +87,7 @@ class BaseCase:
         setup = set_up(self.text.case(own), self.compiled)
         expected = require_memory(setup)
         if setup.case.output.fatigue is not None:
-            from fretsolve.fatigue.of_case import require_fatigue
+            from fretsolve.fatigue.request import require_fatigue
 
             require_fatigue(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):

@@ -101,10 +101,10 @@ def write_beside(case: PreparedCase, threads: int = 1) -> None:
     """Write those files beside a result that the case asks for and that are missing. Raises CaseError, FileError."""
     if is_finished(case.out, case.beside):
         return
+    from fretsolve.fatigue.fatigue_file import write_case_fatigue
     from fretsolve.fatigue.names import fatigue_path
-    from fretsolve.fatigue.of_case import write_case_fatigue
     from fretsolve.stress.names import stress_path
-    from fretsolve.stress.of_case import write_case_stress
+    from fretsolve.stress.stress_file import write_case_stress
 
     output = case.setup.case.output
     with open_result(case.out) as result:

@@ -8,12 +8,20 @@ import pytest
 from command_line import invoke
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.fatigue.criteria import critical_plane
-from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
-from fretsolve.fatigue.criteria.invariants import COMPONENTS, deviator_vectors, extreme_deviators, hydrostatic
-from fretsolve.fatigue.criteria.plane_criteria import fatemi_socie, findley, swt
-from fretsolve.fatigue.criteria.smallest_ball import smallest_ball
+from fretsolve.fatigue import critical_plane
+from fretsolve.fatigue.criteria import (
+    FatigueField,
+    deviator_vectors,
+    extreme_deviators,
+    fatemi_socie,
+    fatigue_field,
+    findley,
+    hydrostatic,
+    swt,
+)
 from fretsolve.fatigue.names import CRITERIA
+from fretsolve.fatigue.smallest_ball import smallest_ball
+from fretsolve.stress.influence import COMPONENTS
 from fretsolve.system.arrays import DoubleArray
 
 STEEL = Material(

@@ -12,8 +12,8 @@ from fretsolve import run
 from fretsolve.case.line_case import LineCase
 from fretsolve.model.grid import Grid
 from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress.influence import point_influence
+from fretsolve.stress.layers import LayerConvolution
 from fretsolve.stress.stress_file import read_peaks
 
 CERTIFIED = [

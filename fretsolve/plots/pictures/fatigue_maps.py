@@ -23,8 +23,8 @@ from fretsolve.plots.pictures.maps import set_x_ticks
 from fretsolve.plots.pictures.stresses import DEEPEST, SIDE_MARGIN, WIDTH
 from fretsolve.plots.snapshot import outer_edges
 from fretsolve.result import Result
-from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.names import opened_computed
+from fretsolve.stress.computed_file import opened_computed
+from fretsolve.stress.influence import Body
 from fretsolve.system.arrays import DoubleArray
 
 NAMES = {
@@ -88,7 +88,7 @@ def fatigue_map(
             raise PictureError(f"there are no fatigue parameters in {path.name}; `fretsolve fatigue` writes them")
         if computed.attributes.get("effective_case") != result.attributes["effective_case"]:
             raise PictureError(f"{path.name} is not of this result; `fretsolve fatigue --overwrite` writes it again")
-        bodies = _bodies(fatigue_bodies(computed, path), body)
+        bodies = _bodies(fatigue_bodies(computed), body)
         panels = [
             _Panel(number, found, name, kind, f"body {number}, {NAMES[name]}" if len(bodies) > 1 else NAMES[name])
             for number, found in reversed(bodies.items())

@@ -20,8 +20,7 @@ from fretsolve.plots.pictures.maps import set_x_ticks
 from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
 from fretsolve.result import Result
 from fretsolve.stress.evaluate import layers
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.influence import COMPONENTS, Body
+from fretsolve.stress.influence import COMPONENTS, Body, point_influence
 from fretsolve.stress.invariants import invariant
 from fretsolve.stress.names import Invariant
 from fretsolve.stress.request import StressRequest, WindowChoice, cell_centres, stress_request

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.fatigue.criteria.ball_criteria import crossland, dang_van
+from fretsolve.fatigue.criteria import crossland, dang_van
 
 S, T = 300.0, 190.0
 MATERIAL = Material(tension_limit=S, torsion_limit=T)

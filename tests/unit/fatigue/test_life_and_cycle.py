@@ -5,8 +5,9 @@ import pytest
 
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.criteria.life import LONGEST, lives, shear_strain_lives, swt_lives
-from fretsolve.fatigue.cycle import not_closed, opening, require_states
+from fretsolve.fatigue.criteria import LONGEST, lives, shear_strain_lives, swt_lives
+from fretsolve.fatigue.request import require_states
+from fretsolve.fatigue.stress_cycle import not_closed, opening_of
 
 CURVE = {"strength": 1000.0, "strength_exponent": -0.1, "ductility": 0.5, "ductility_exponent": -0.6}
 
@@ -44,11 +45,10 @@ def test_cycle_of_two_states_is_refused():
 
 
 def test_opening_is_the_largest_change_over_the_largest_range():
-    first, ranges = np.zeros((6, 2)), np.full((6, 2), 100.0)
-    last = first.copy()
-    last[3, 1] = -2.0
-    assert opening(first, last, ranges) == pytest.approx(0.02)
-    assert opening(first, first, np.zeros((6, 2))) == 0.0
+    stress = np.zeros((3, 6, 2))
+    stress[1, 1, 0], stress[2, 3, 1] = 100.0, -2.0
+    assert opening_of(stress) == pytest.approx(0.02)
+    assert opening_of(np.zeros((3, 6, 2))) == 0.0
 
 
 def test_only_open_cycles_give_a_warning():

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.criteria.by_name import fatigue_field, require_constants
+from fretsolve.fatigue.criteria import fatigue_field, require_constants
 from fretsolve.fatigue.names import CRITERIA
 
 STEEL = {

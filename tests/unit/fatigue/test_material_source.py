@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.material_file import read_material
+from fretsolve.fatigue.request import read_material
 
 LIMITS = "tension_limit=300 MPa,torsion_limit=0.19 GPa"
 

@@ -9,11 +9,10 @@ from command_line import invoke, result_of
 from small_cases import TWO_CYCLES, write_case
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.fatigue.material_file import read_material
-from fretsolve.fatigue.of_result import cycles_of, stresses_beside, stresses_of_cycle
-from fretsolve.fatigue.request import FatigueRequest
+from fretsolve.fatigue.request import FatigueRequest, read_material, stresses_of_cycle
+from fretsolve.fatigue.stress_cycle import cycles_of, stresses_beside
 from fretsolve.result import open_result
-from fretsolve.stress.names import opened_computed
+from fretsolve.stress.computed_file import opened_computed
 from fretsolve.stress.tractions import TractionHistory
 
 LIMITS = "tension_limit=300 MPa,torsion_limit=190 MPa"

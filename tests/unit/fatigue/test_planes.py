@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fretsolve.fatigue.criteria.invariants import deviator_vectors, extreme_deviators, hydrostatic
-from fretsolve.fatigue.criteria.planes import in_plane_axes, scan_normals, traction_rows, upright
+from fretsolve.fatigue.criteria import deviator_vectors, extreme_deviators, hydrostatic
+from fretsolve.fatigue.planes import in_plane_axes, scan_normals, traction_rows, upright
 
 ROWS = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
 

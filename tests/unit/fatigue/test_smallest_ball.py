@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fretsolve.fatigue.criteria.smallest_ball import smallest_ball
+from fretsolve.fatigue.smallest_ball import smallest_ball
 
 
 def radius_by_subsets(points: np.ndarray) -> float:

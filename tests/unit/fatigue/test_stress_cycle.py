@@ -13,10 +13,9 @@ from solving import build
 
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
-from fretsolve.fatigue.criteria.invariants import COMPONENTS
-from fretsolve.fatigue.material_file import read_material
-from fretsolve.fatigue.request import AVERAGE_DEPTHS, FatigueRequest
+from fretsolve.fatigue.request import AVERAGE_DEPTHS, FatigueRequest, read_material
 from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body, opening_of
+from fretsolve.stress.influence import COMPONENTS
 from fretsolve.stress.stress_file import BodyStress
 
 X, Y, DEPTHS = 0.05 * np.arange(4), 0.04 * np.arange(3), np.array([0.0, 0.05, 0.2])

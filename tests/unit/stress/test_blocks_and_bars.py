@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.stress.blocks import in_blocks, merged
-from fretsolve.stress.surface_bars import SurfaceBounds
+from fretsolve.stress.edge import in_blocks, merged
+from fretsolve.stress.peaks import SurfaceBounds
 
 
 def test_blocks_that_fit() -> None:

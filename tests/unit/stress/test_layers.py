@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fretsolve.model.grid import Grid
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress.influence import point_influence
+from fretsolve.stress.layers import LayerConvolution
 
 GRID = Grid(13, 10, 0.02, 0.03, 0.01, -0.02)
 WHOLE = slice(0, 13), slice(0, 10)

@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, stress_terms
-from fretsolve.stress.halfspace.potentials import is_odd, potential
+from fretsolve.stress.influence import COMPONENTS, TRACTIONS, is_odd, potential, stress_terms
 
 
 def coefficient(component, traction, at, nu, cell, body=2):

@@ -6,6 +6,8 @@ A plane is a row (6,) that gives a stress on it as its product with xx, yy, zz, 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,3 +52,30 @@ def upright(normals: DoubleArray) -> DoubleArray:
     x, y, z = np.moveaxis(np.where(np.abs(normals) < 1e-12, 0.0, normals), -1, 0)
     downwards = (z < 0.0) | ((z == 0.0) & ((y < 0.0) | ((y == 0.0) & (x < 0.0))))
     return np.where(downwards[..., None], -normals, normals)
+
+
+Combine = Callable[[DoubleArray, DoubleArray], DoubleArray]
+"""From amplitude and largest normal stress, both (...,), to a parameter (...,)."""
+
+
+@dataclass(frozen=True)
+class PlaneCriterion:
+    """A parameter on the plane where it, or what ranks the planes, is largest.
+
+    amplitude_rows: from normals (..., 3) to the rows (..., k, 6) of the components whose path has the amplitude; it is
+    the radius of the smallest ball around the path in k dimensions. combine: the parameter. ranks: what the plane
+    maximises, one function after the other, each from the plane that the one before found; by default the parameter.
+    ties: the plane of largest amplitude counts, and among equal ones that of largest normal stress. rounds: of the
+    search from the best plane of a scan; one parabola leads to the top of a smooth hill, not of one cut off at 0.
+    """
+
+    amplitude_rows: Callable[[DoubleArray], DoubleArray]
+    combine: Combine
+    ranks: tuple[Combine, ...]
+    ties: bool = False
+    rounds: int = 1
+
+    def rows(self, normals: DoubleArray) -> DoubleArray:
+        """Return rows (..., 1 + k, 6): that of the normal stress, then those of the amplitude."""
+        normal = traction_rows(normals, normals)[..., None, :]
+        return np.concatenate([normal, self.amplitude_rows(normals)], axis=-2)

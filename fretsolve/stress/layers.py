@@ -1,7 +1,7 @@
 """Stress in a layer below the surface, by an exact discrete convolution on a padded grid (DC-FFT).
 
 The tractions of an increment are transformed once for all layers and bodies. A layer needs the spectra of up to 14
-derivatives of the potentials (`fretsolve.stress.halfspace.potentials`), which hold no elastic constant, so that they
+derivatives of the potentials (`fretsolve.stress.influence`), which hold no elastic constant, so that they
 serve both bodies. The stress of an increment in a layer then takes one inverse transform per component.
 
 Cells without traction are not transformed, and the padding is only as wide as the largest distance from a loaded cell
@@ -22,8 +22,19 @@ import numpy as np
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import fast_length, plan, pyfftw
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Component, Terms, Traction, stress_terms
-from fretsolve.stress.halfspace.potentials import Potential, Strip, cell_values, is_odd
+from fretsolve.stress.influence import (
+    COMPONENTS,
+    TRACTIONS,
+    Body,
+    Component,
+    Potential,
+    Strip,
+    Terms,
+    Traction,
+    cell_values,
+    is_odd,
+    stress_terms,
+)
 from fretsolve.system.arrays import ComplexArray, DoubleArray
 
 BLOCK_BYTES = 400 * 1024
@@ -82,11 +93,6 @@ class LayerConvolution:
         )
         self._team = ThreadTeam(threads)
         self._members = [_Buffers(self, measured) for _ in self._team.members(COMPONENTS)]
-
-    @property
-    def spectrum_bytes(self) -> int:
-        """Memory of the spectra of one increment."""
-        return 16 * len(self.tractions) * self.padded[0] * self._columns
 
     def forward(self, tractions: Mapping[Traction, DoubleArray]) -> ComplexArray:
         """Return the spectra of p, i qx, i qy on the padded grid from the tractions (nx, ny) of the source's cells."""

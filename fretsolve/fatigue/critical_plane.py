@@ -18,9 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.fatigue.criteria.plane_criteria import Combine, PlaneCriterion
-from fretsolve.fatigue.criteria.planes import in_plane_axes, scan_normals, traction_rows, upright
-from fretsolve.fatigue.criteria.smallest_ball import smallest_ball
+from fretsolve.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, scan_normals, traction_rows, upright
+from fretsolve.fatigue.smallest_ball import smallest_ball
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 SCAN_STEP = 10.0
