@@ -47,7 +47,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         if file_format in ("vtk", "xdmf") and not result.fields:
             raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
         if file_format == "heights":
-            from fretsolve.export.worn_heights import require_wear
+            from fretsolve.export.tables import require_wear
 
             if len(steps) > 1:
                 raise CaseError("heights are those of one increment; give --step once", (), result.path)
@@ -71,8 +71,7 @@ def _export_volumes(
         raise CaseError(f"{what} can be exported to vtk, not to {file_format}; the file itself is HDF5", (), out)
     if steps:
         raise CaseError(f"all of a file of {what} is exported; leave --step out", (), out)
-    from fretsolve.export.volumes_vtk import VOLUME_NAME, write_volumes
-    from fretsolve.export.vtk import require_own_grids
+    from fretsolve.export.vtk import VOLUME_NAME, require_own_grids, write_volumes
 
     target = target or out.with_suffix(FORMATS[file_format])
     require_ending(target, "a vtk file", FORMATS[file_format])
@@ -95,7 +94,7 @@ def _write(result: Result, file_format: str, steps: Sequence[int], out: Path, *,
 
         write_xdmf(result, steps, out, exclusive=exclusive)
     elif file_format == "heights":
-        from fretsolve.export.worn_heights import write_heights
+        from fretsolve.export.tables import write_heights
 
         write_heights(result, steps[-1], out, exclusive=exclusive)
     else:

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fretsolve.case.dimensions import percent
-from fretsolve.export.text_report import TextColumn
+from fretsolve.export.report_tables import TextColumn
 from fretsolve.study.assessment import AssessedRun, Assessment
 from fretsolve.study.variation import words
 from fretsolve.sweep.manifest import index_list

@@ -97,7 +97,7 @@ class QuietMessages:
             if text is not None:
                 self.warn(str(text))
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
-            from fretsolve.export.wear_report import warning_of_wear
+            from fretsolve.export.remarks import warning_of_wear
             from fretsolve.setup.worn_volume import warning_of_the_grid  # few cases have wear
 
             known = {one for one in jumps if one is not None}
@@ -106,7 +106,7 @@ class QuietMessages:
                 if text is not None:
                     self.warn(text)
         if "spots" in result.history:
-            from fretsolve.export.spots import spot_warnings  # few results have several
+            from fretsolve.export.remarks import spot_warnings  # few results have several
 
             for text in spot_warnings(result.history):
                 self.warn(text)

@@ -12,7 +12,7 @@ from small_cases import write_case
 
 from fretsolve import open_result
 from fretsolve.case.history import FEWEST_SPOT_CELLS
-from fretsolve.export.spots import may_have_spots, spot_warnings, spots_of
+from fretsolve.export.remarks import may_have_spots, spot_warnings, spots_of
 from fretsolve.simulation.zones.area_contact import spot_counts
 
 CASE = """bodies: [rigid, {young_modulus: 200 GPa, poisson_ratio: 0}]

@@ -12,7 +12,7 @@ import pytest
 from command_line import invoke, result_of
 from small_cases import LOOP, write_case
 
-from fretsolve.export.volumes_vtk import VOLUME_NAME, write_volumes
+from fretsolve.export.vtk import VOLUME_NAME, write_volumes
 from fretsolve.stress.computed_file import opened_computed
 from fretsolve.system.arrays import DoubleArray
 

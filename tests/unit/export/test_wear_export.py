@@ -17,8 +17,8 @@ from solving import build
 
 from fretsolve.case.loading import load_case
 from fretsolve.export.deformed_surfaces import DeformedSurfaces
+from fretsolve.export.remarks import rows_of_wear, wear_totals
 from fretsolve.export.selection import rows_of_stick_zones
-from fretsolve.export.wear_report import rows_of_wear, wear_totals
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.problem_setup import set_up

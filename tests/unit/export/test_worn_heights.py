@@ -11,7 +11,7 @@ from command_line import result_of
 from small_cases import WORN, write_case
 
 from fretsolve.errors import CaseError
-from fretsolve.export.worn_heights import require_wear, write_heights
+from fretsolve.export.tables import require_wear, write_heights
 from fretsolve.result import open_result
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fretsolve.case.models import Case
-from fretsolve.export.cycle_report import cycle_columns
+from fretsolve.export.report_tables import cycle_columns
 from fretsolve.result.cycles.loop import range_error, reversal_stiffness
 from fretsolve.result.cycles.steps import (
     CHANGE_COLUMNS,
