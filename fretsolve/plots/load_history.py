@@ -13,9 +13,6 @@ from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 
-FIRST_ENDS, LAST_ENDS = 2, 4
-"""Number of stage ends that are drawn of a long path: pressed, first loaded, and the last cycle."""
-
 
 @dataclass(frozen=True)
 class MovedLoad:
@@ -105,7 +102,8 @@ def chosen_stage_ends(result: Result) -> list[int]:
     ends = [int(step) for step in stage_ends(result.history["stage"]) if int(step) in result.steps]
     if result.steps and result.steps[-1] not in ends:
         ends.append(result.steps[-1])
-    return ends if len(ends) <= FIRST_ENDS + LAST_ENDS else ends[:FIRST_ENDS] + ends[-LAST_ENDS:]
+    # of a long path: pressed, first loaded, and the last cycle
+    return ends if len(ends) <= 6 else ends[:2] + ends[-4:]
 
 
 def load_text(result: Result, step: int, *, plain: bool = False) -> str:

@@ -22,10 +22,6 @@ LEAST_CHANGE = 1e-6
 """A smaller change of the load, in parts of it, is round-off."""
 
 
-LEAST_INNER = 0.4
-"""Part of a region's cells that lie inside of it where it is wide enough for lines."""
-
-
 def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
     """Draw lines along the shear traction and along the slip at an increment, by default the last with fields.
 
@@ -75,8 +71,8 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
 
 
 def _is_narrow(cells: BoolArray) -> bool:
-    """Return whether less than `LEAST_INNER` of the cells (nx, ny) have all four neighbours among them."""
-    return bool(binary_erosion(cells).sum() < LEAST_INNER * cells.sum())
+    """Return whether the region of the cells (nx, ny) is too narrow for lines: few have all neighbours among them."""
+    return bool(binary_erosion(cells).sum() < 0.4 * cells.sum())
 
 
 def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:

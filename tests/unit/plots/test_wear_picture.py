@@ -16,7 +16,7 @@ from small_cases import WORN, write_case
 from fretsolve.errors import PictureError
 from fretsolve.plots.pictures.histories import stick_history
 from fretsolve.plots.pictures.maps import film
-from fretsolve.plots.pictures.worn_scar import HEIGHT, VISIBLE, WIDTH, _draw_line, profile_steps, wear
+from fretsolve.plots.pictures.profiles import HEIGHT, VISIBLE, WIDTH, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
 
