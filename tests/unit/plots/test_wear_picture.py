@@ -14,9 +14,10 @@ from pictures import figure_texts, heading, image_of, legend_texts, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
+from fretsolve.plots.canvas import PANEL_WIDTH
 from fretsolve.plots.pictures.histories import stick_history
 from fretsolve.plots.pictures.maps import film
-from fretsolve.plots.pictures.profiles import HEIGHT, VISIBLE, WIDTH, _draw_line, profile_steps, wear
+from fretsolve.plots.pictures.profiles import HEIGHT, VISIBLE, _draw_line, profile_steps, wear
 from fretsolve.result import Result, open_result
 
 
@@ -82,7 +83,7 @@ def test_an_error_that_can_be_seen_has_a_band(tmp_path: Path, jumps: str, visibl
 
 @pytest.mark.parametrize("cycles", [3, 20000, 75555, 100000, 999999, 2e7])
 def test_the_ticks_of_the_cycles_stay_apart(cycles: float) -> None:
-    figure = Figure(figsize=(2.0 * WIDTH, HEIGHT))
+    figure = Figure(figsize=(2.0 * PANEL_WIDTH, HEIGHT))
     for axes in figure.subplots(1, 2):
         _draw_line(axes, np.linspace(0.0, cycles, 5), np.linspace(0.0, 1.0, 5))
         figure.draw_without_rendering()
