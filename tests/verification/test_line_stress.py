@@ -114,6 +114,7 @@ def test_a_long_row_of_rectangles_is_a_strip():
                 np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_a_fretting_loop_with_bulk_stress():
     """Q between +-0.6 mu P with sxx = +-141.944 MPa in the specimen: the range of xx over the last cycle, certified to
     0.005 MPa, at three points (x, z)/a."""
@@ -147,7 +148,7 @@ def test_a_fretting_loop_with_bulk_stress():
         assert (min(values), max(values)) == pytest.approx(certified[point], abs=0.006)
 
 
-@pytest.mark.parametrize("points", [48, 64, 128])
+@pytest.mark.parametrize("points", [48, 64, pytest.param(128, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_largest_tension_of_a_solved_contact_under_bulk_stress(tmp_path, sign, points):
     """At the trailing edge, also where bulk stress compresses it; exact by Hills and Nowell's eccentric stick zone."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import invoke, refused, result_of
 from line_cases import LINE
 from small_cases import CASE, WORN, write_case
 from solving import build
@@ -19,6 +19,7 @@ from fretsolve.case.loading import load_case
 from fretsolve.export.deformed_surfaces import DeformedSurfaces
 from fretsolve.export.remarks import rows_of_wear, wear_totals
 from fretsolve.export.selection import rows_of_stick_zones
+from fretsolve.export.tables import require_wear, write_heights
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.problem_setup import set_up
@@ -28,14 +29,6 @@ from fretsolve.stress.tractions import cycle_ends, cycle_stages, last_cycle
 
 ALPHA = 1e-7
 ROOT = Path(__file__).parents[3]
-
-
-@pytest.fixture(scope="module")
-def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The file of a worn result."""
-    path = write_case(tmp_path_factory.mktemp("worn"), WORN)
-    assert invoke("run", path, "-q").exit_code == 0
-    return path.with_suffix(".h5")
 
 
 @pytest.fixture
@@ -315,3 +308,28 @@ def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, 
     assert expected < 200 < setup.load_path.increments
     TextMessages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
     assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A worn result on a grid beside the middle."""
+    text = WORN.replace("points: 24", "points: [12, 10], size: [1.2 mm, 1.1 mm], center: [0.05 mm, -0.02 mm]")
+    return result_of(write_case(tmp_path_factory.mktemp("worn"), text))
+
+
+def test_maps_have_their_place_and_the_worn_separation(out: Path, tmp_path: Path) -> None:
+    target = tmp_path / "maps.hdf5"
+    with open_result(out) as result:
+        step = result.increments - 1
+        require_wear(result, step)
+        write_heights(result, step, target, exclusive=True)
+        depth = result.field("wear_depth", step).astype(float)
+        sphere = (result.x[:, None] ** 2 + result.y**2) / 20.0
+    assert depth.max() > 0.0
+    with h5py.File(target) as file:
+        for values in file.values():
+            assert values.attrs["units"] == "mm"
+            assert values.attrs["spacing"] == pytest.approx((0.1, 0.11))
+            assert values.attrs["center"] == pytest.approx((0.05, -0.02))
+        np.testing.assert_array_equal(file["wear_depth"], depth)
+        np.testing.assert_allclose(file["separation"], sphere + depth, rtol=1e-12)
