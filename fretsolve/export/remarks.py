@@ -97,10 +97,6 @@ def _cycles_that_wear(result: Result) -> int:
     return len({stage.wears.key for stage in stages if stage.wears is not None})
 
 
-MOST_NAMED = 10
-"""Increments that a sentence names."""
-
-
 @dataclass(frozen=True)
 class Spot:
     """A spot: cells that touch at sides or corners.
@@ -171,8 +167,8 @@ def spot_warnings(history: Mapping[str, NDArray[Any]]) -> list[str]:
     # From the first contact on.
     changes = np.flatnonzero((np.diff(spots) != 0) & (np.maximum.accumulate(spots)[:-1] > 0)) + 1
     if len(changes):
-        named = ", ".join(map(str, changes[:MOST_NAMED].tolist()))
-        more = f" and {len(changes) - MOST_NAMED} more" if len(changes) > MOST_NAMED else ""
+        named = ", ".join(map(str, changes[:10].tolist()))
+        more = f" and {len(changes) - 10} more" if len(changes) > 10 else ""
         where = f"increment{'s' * (len(changes) > 1)} {named}{more}"
         counts = np.unique(spots[np.concatenate([changes - 1, changes])])
         found.append(f"the number of spots of contact changes at {where}, between {counts[0]} and {counts[-1]}")

@@ -26,6 +26,7 @@ from fretsolve.result.layout import Quantity, X, Y
 from fretsolve.result.piece import damage_reported
 from fretsolve.result.storage import create_column
 from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
+from fretsolve.stress.request import is_outermost
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system import atomic_files
@@ -60,7 +61,7 @@ class Worst:
     value: float
     place: tuple[float, float, float]
     limit: float | None = None
-    normal: tuple[float, float, float] | None = None
+    normal: tuple[float, ...] | None = None
     life: float | None = None
     outermost: bool = False
 
@@ -169,11 +170,9 @@ def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
         float(field.value[point]),
         (float(cycle.body.x[i]), float(cycle.body.y[j]), float(cycle.depths[depth])),
         field.limit,
-        (float(field.normal[0, point]), float(field.normal[1, point]), float(field.normal[2, point]))
-        if field.normal is not None
-        else None,
-        float(field.life[point]) if field.life is not None else None,
-        any(size > 1 and number in (0, size - 1) for number, size in zip((i, j), cycle.shape, strict=True)),
+        None if field.normal is None else tuple(field.normal[:, point].tolist()),
+        None if field.life is None else float(field.life[point]),
+        is_outermost((i, j), cycle.shape),
     )
 
 

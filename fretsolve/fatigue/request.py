@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,6 @@ AVERAGE_DEPTHS = 17
 
 
 KEY = ("output", "fatigue")
-
-FEWEST_STATES = 3
 
 
 ON_COMMAND_LINE = Path("--material")
@@ -76,8 +75,8 @@ class FatigueRequest:
     """Fatigue parameters to compute.
 
     criteria: their names; average: of the stresses, None for none. bodies: none for those in a file of stresses, or for
-    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the
-    cells of a result, as in `stress_request`.
+    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the cells of a result, as in
+    `stress_request`.
     """
 
     material: MaterialSource
@@ -113,10 +112,8 @@ def _from_keys(text: str) -> CaseText:
     wrong = next((key for key, equals, value in pairs if not (key.strip() and equals and value.strip())), None)
     if wrong is not None:
         raise CaseError(f"{text!r} is not a list KEY=VALUE,KEY=VALUE of constants", (), ON_COMMAND_LINE)
-    try:
+    with placed(lambda message: CaseError(message, (), ON_COMMAND_LINE)):
         parsed = parse("\n".join(f"{key.strip()}: {value.strip()}" for key, _, value in pairs))
-    except CaseError as error:
-        raise CaseError(error.message, (), ON_COMMAND_LINE) from None
     problems = [CaseError(flaw.message, flaw.key, ON_COMMAND_LINE) for flaw in parsed.flaws]
     return CaseText(parsed.value, KeysSource(ON_COMMAND_LINE, text, parsed.place), tuple(problems))
 
@@ -146,17 +143,13 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
         if chosen and body != "rigid":
             request.material.with_elastic_constants(body.model_dump()).require(request.criteria)
     if request.average is not None:
-        try:
+        with placed(lambda message: case.source.problem(message, (*KEY, "average"))):
             request.average.require_length((grid.dx, grid.dx if setup.model.line else grid.dy))
-        except CaseError as error:
-            raise case.source.problem(error.message, (*KEY, "average")) from None
     stored, ends = _cycle(setup)
     states = len(stored)
-    try:
+    with placed(lambda message: case.source.problem(message, ("output", "every"))):
         require_states(states)
         require_reversals(ends, stored)
-    except CaseError as error:
-        raise case.source.problem(error.message, ("output", "every")) from None
     depths = request.stress_depths(0.5 * max(grid.dx, grid.dy))
     problem = room_problem(request_before(request.bodies, depths, states, grid.shape), free_disk, SMALLER)
     if problem is not None:
@@ -169,21 +162,14 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     Raises CaseError, before anything is computed, also for what is wrong with material and average.
     """
     result = tractions.result
-    try:
+    advice = "`fretsolve stress --step` writes stresses of chosen increments, which `fretsolve fatigue` takes too"
+    with placed(lambda message: CaseError(f"{message}; {advice}", (), result.path)):
         steps = last_cycle(result)
-    except CaseError as error:
-        advice = "`fretsolve stress --step` writes stresses of chosen increments, which `fretsolve fatigue` takes too"
-        raise CaseError(f"{error.message}; {advice}", (), result.path) from None
-    try:
+    with placed(lambda message: CaseError(message, (), result.path)):
         require_states(len(steps))
         require_reversals(cycle_ends(result), result.steps)
-    except CaseError as error:
-        raise CaseError(error.message, (), result.path) from None
-    try:
         if request.average is not None:
             request.average.require_length((tractions.grid.dx, tractions.grid.dy))
-    except CaseError as error:
-        raise CaseError(error.message, (), result.path) from None
     depths = request.stress_depths(least_depth(tractions))
     found = stress_request(tractions, steps, request.bodies, depths, window=request.window)
     for body in found.bodies:
@@ -192,10 +178,19 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     return found
 
 
+@contextmanager
+def placed(with_place: Callable[[str], CaseError]) -> Iterator[None]:
+    """Raise the errors of the block with a place; with_place: from a message to the error."""
+    try:
+        yield
+    except CaseError as error:
+        raise with_place(error.message) from None
+
+
 def require_states(count: int) -> None:
     """Raise CaseError if a cycle has too few states."""
-    if count < FEWEST_STATES:
-        raise CaseError(f"the cycle has {count} stored states; {FEWEST_STATES} or more are needed (output.every)")
+    if count < 3:
+        raise CaseError(f"the cycle has {count} stored states; 3 or more are needed (output.every)")
 
 
 def require_reversals(ends: Sequence[int], stored: Container[int]) -> None:

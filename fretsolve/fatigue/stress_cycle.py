@@ -14,10 +14,9 @@ import numpy as np
 
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.loading import stored_case
-from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average, depth_weights
-from fretsolve.fatigue.request import FatigueRequest, require_states
+from fretsolve.fatigue.request import FatigueRequest, placed, require_states
 from fretsolve.stress.computed_file import ComputedFile, not_of_kind
 from fretsolve.stress.influence import COMPONENTS
 from fretsolve.stress.stress_file import BodyStress, bodies_of
@@ -43,14 +42,12 @@ class StressCycle:
 
     def __post_init__(self) -> None:
         missing = [name for name in COMPONENTS if name not in self.body.components]
-        try:
+        with placed(lambda message: CaseError(message, (), self.path)):
             if missing:
                 raise CaseError(f"the file lacks the components {', '.join(missing)}, all six are needed")
             require_states(len(self.chosen))
             if self.average is not None:
                 self.average.require_resolved(self.body.depths, self.cell)
-        except CaseError as error:
-            raise CaseError(error.message, (), self.path) from None
 
     @property
     def cell(self) -> tuple[float, float]:
@@ -72,15 +69,13 @@ class StressCycle:
         """Yield the stresses (steps, 6, points) of each of `depths`."""
         if self.average is not None:
             weights = depth_weights(self.body.depths, *self.average.depth_range)
-            means = [self.average.of(self._whole(index), weights, self.cell) for index in self.chosen]
+            whole = (self.body.stress(index).astype(np.float64) for index in self.chosen)
+            means = [self.average.of(stress, weights, self.cell) for stress in whole]
             yield np.stack(means).reshape(len(self.chosen), 6, -1)
             return
         for depth in range(len(self.depths)):
             layer = [self.body.layer(COMPONENTS, index, depth) for index in self.chosen]
             yield np.array(layer, np.float64).reshape(len(self.chosen), 6, -1)
-
-    def _whole(self, index: int) -> DoubleArray:
-        return self.body.stress(index).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +134,7 @@ def cycle_of(body: BodyStress, attributes: Any) -> tuple[int, ...]:
     come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins again. All
     increments of the file if its load path has no `cycle`. attributes: those of the file.
     """
-    everything, case = tuple(range(len(body.steps))), _case(attributes)
+    everything, case = tuple(range(len(body.steps))), stored_case(_effective(attributes))
     found = cycle_stages(case, int(body.stages.max(initial=0)))
     if case is None or found is None:
         return everything
@@ -179,10 +174,3 @@ def not_closed(share: float) -> str | None:
 def _effective(attributes: Any) -> dict[str, Any]:
     effective: dict[str, Any] = json.loads(attributes.get("effective_case", "{}"))
     return effective
-
-
-def _case(attributes: Any) -> Case | None:
-    try:
-        return stored_case(_effective(attributes))
-    except json.JSONDecodeError:
-        return None

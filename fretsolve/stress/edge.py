@@ -58,9 +58,6 @@ NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
 """Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
 what is loaded: the edge near it is in one of them, and in an area contact one of them fits the edge well."""
 
-PLACES = 8
-"""Places that are looked at, of each of two kinds."""
-
 LEAST_RISE = 0.5
 """Share of the largest change of a stress that must be in the direction of its tension at a trailing edge."""
 
@@ -191,7 +188,7 @@ class EdgeExtrapolation:
         """Return the places where the largest stress may be, ``(2, places)`` in cells."""
         # With the bulk stress, which is uniform, and without it, since that is what the extrapolation changes.
         ranks = principal(blocks.stress + added)[0], principal(blocks.stress)[0]
-        return np.concatenate([blocks.tops(rank, PLACES) for rank in ranks], axis=1)
+        return np.concatenate([blocks.tops(rank, 8) for rank in ranks], axis=1)
 
     def _at_edge(
         self, side: int, shift: tuple[int, int], fields: Mapping[Traction, DoubleArray]

@@ -21,15 +21,12 @@ from fretsolve.stress.influence import Body
 from fretsolve.stress.invariants import invariant, largest
 from fretsolve.stress.layers import LayerConvolution, LayerKernels
 from fretsolve.stress.names import INVARIANTS, Invariant
-from fretsolve.stress.request import StressRequest, cell_centres
+from fretsolve.stress.request import StressRequest, cell_centres, is_outermost
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, ComplexArray, DoubleArray
 
 ERROR_FACTOR, LINE_ERROR_FACTOR = 2.0, 5.0
 """Error on the surface over the difference to blocks of cells, and that in line contacts."""
-
-NEAR = 3
-"""Blocks across within which the largest difference counts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +101,7 @@ class DoubledCells:
         covered = in_blocks(np.ones_like(fine), self._sides, shift, shape)
         value = in_blocks(fine, self._sides, shift, shape) / covered
         factor = LINE_ERROR_FACTOR if self._tractions.plane_strain else ERROR_FACTOR
-        error = factor * maximum_filter(np.abs(value - coarse), NEAR, mode="nearest")
+        error = factor * maximum_filter(np.abs(value - coarse), 3, mode="nearest")  # of the blocks around, too
         upper = np.maximum(value, coarse) + error
         chosen = np.argwhere(upper >= value.max()).T
         middles = [
@@ -230,12 +227,8 @@ class PeakSearch:
             *self._place(self._cells[key][index, depth]),
             depths[depth],
             deepest=depth > 0 and depth == len(depths) - 1,
-            outermost=self._is_outermost(self._cells[key][index, depth]),
+            outermost=is_outermost(self._cells[key][index, depth], self._request.shape),
         )
-
-    def _is_outermost(self, cell: Sequence[int]) -> bool:
-        """Return whether a cell of the target is one of its last along a direction with several."""
-        return any(size > 1 and number in (0, size - 1) for number, size in zip(cell, self._request.shape, strict=True))
 
     def _extrapolated(self) -> dict[tuple[Body, Invariant, int], Peak]:
         """Return the largest values at the edge of contact."""

@@ -179,6 +179,11 @@ def cell_centres(grid: Grid, window: Window) -> tuple[DoubleArray, DoubleArray]:
     return x, y
 
 
+def is_outermost(cell: Sequence[int], shape: tuple[int, int]) -> bool:
+    """Return whether a cell of a window is one of its last along a direction with several."""
+    return any(size > 1 and number in (0, size - 1) for number, size in zip(cell, shape, strict=True))
+
+
 def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowChoice) -> Window:
     """Return the cells whose stress is wanted."""
     target, grid = [], tractions.grid
