@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
-from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.models import Case
 from fretsolve.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.fatigue.critical_plane import SCAN_STEP
@@ -30,7 +29,6 @@ from fretsolve.stress.request import is_outermost
 from fretsolve.stress.stress_file import write_stress
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system import atomic_files
-from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import writing
 from fretsolve.system.foreign_files import own_dataset
 
@@ -40,13 +38,14 @@ FORMAT = "fretsolve fatigue 1"
 _AXES = ("depth", "x", "y")
 
 COMPONENT = Quantity("component", "1", "component of a normal: 0 along x, 1 along y, 2 along z", "int64")
-MEANINGS = {
-    "": "{}",
-    "_normal": "normal of the critical plane of {}",
-    "_refined": "1 where the critical plane of {} is refined, 0 where it is that of the scan",
-    "_utilisation": "{} over its limit",
-    "_life": "cycles to a crack by {}",
+PARTS = {
+    "": ("value", "float64", "{}"),
+    "_normal": ("normal", "float64", "normal of the critical plane of {}"),
+    "_refined": ("refined", "uint8", "1 where the critical plane of {} is refined, 0 where it is that of the scan"),
+    "_utilisation": ("utilisation", "float64", "{} over its limit"),
+    "_life": ("life", "float64", "cycles to a crack by {}"),
 }
+"""Endings of the datasets of a criterion: attribute of `FatigueField`, type, and meaning."""
 
 
 @dataclass(frozen=True)
@@ -82,10 +81,14 @@ def write_fatigue(
             worst[number] = {}
             for depth, stress in enumerate(cycle.layers()):
                 widest = max(widest, opening_of(stress))
-                for name, field in _fields(cycles.request.criteria, cycles.materials[number], stress, worst[number]):
+                for name in cycles.request.criteria:
+                    # no plane is refined that is below the worst one of the layers before
+                    before = worst[number].get(name)
+                    known = {} if before is None or before.normal is None else {"known": before.value}
+                    field = fatigue_field(name, cycles.materials[number], stress, **known)
                     _write_layer(group, scales, field, depth)
                     found = _worst_of(field, cycle, depth)
-                    if name not in worst[number] or found.value > worst[number][name].value:
+                    if before is None or found.value > before.value:
                         worst[number][name] = found
                 show()
             content[str(number)] = _describe_worst(group, worst[number])
@@ -108,25 +111,21 @@ def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
 
 def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
     """Store the worst places as attributes of their datasets, and return what the header says of a body."""
-    parameters = {dataset_name(name): _attributes_of(found) for name, found in sorted(worst.items())}
-    for name, values in parameters.items():
+    parameters: dict[str, dict[str, Any]] = {}
+    for name, found in sorted((dataset_name(name), found) for name, found in worst.items()):
+        values: dict[str, Any] = {"worst": found.value, "worst_place": list(found.place)}
+        if found.limit is not None:
+            values["limit"] = found.limit
+        if found.normal is not None:
+            values |= {"worst_normal": found.normal, "scan_step": SCAN_STEP}
         group[name].attrs.update(values)
-    units = {dataset_name(name): {"units": found.units} for name, found in worst.items()}
+        parameters[name] = values | {"units": found.units}
     return {
         "steps": group.attrs["steps"].tolist(),
         "columns": digests_of({name: group[name][:] for name in _AXES}),
         "fields": sorted(set(group) - {*_AXES, COMPONENT.name}),
-        "parameters": {name: values | units[name] for name, values in parameters.items()},
+        "parameters": parameters,
     }
-
-
-def _fields(
-    criteria: tuple[str, ...], material: Material, stress: DoubleArray, before: Mapping[str, Worst]
-) -> Iterator[tuple[str, FatigueField]]:
-    """Yield each criterion in a layer; before: the worst of the layers before it, below which no plane is refined."""
-    for name in criteria:
-        options = {"known": before[name].value} if name in before and before[name].normal is not None else {}
-        yield name, fatigue_field(name, material, stress, **options)
 
 
 def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[Any]]:
@@ -140,25 +139,16 @@ def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[
 
 def _write_layer(group: Any, scales: list[Any], field: FatigueField, depth: int) -> None:
     """Write the values of a criterion at one depth."""
-    name, title = dataset_name(field.criterion), field.criterion
-    normal = field.normal.T if field.normal is not None else None
-    parts: dict[str, tuple[NDArray[Any] | None, str]] = {
-        "": (field.value, field.units),
-        "_normal": (normal, "1"),
-        "_refined": (field.refined, "1"),
-        "_utilisation": (field.utilisation, "1"),
-        "_life": (field.life, "1"),
-    }
-    shape = tuple(len(scale) for scale in scales[:3])
-    for suffix, (values, units) in parts.items():
+    for ending, (attribute, dtype, meaning) in PARTS.items():
+        values, name = getattr(field, attribute), dataset_name(field.criterion) + ending
         if values is None:
             continue
-        axes = scales if suffix == "_normal" else scales[:3]
-        if name + suffix not in group:
-            dtype, chunks = "uint8" if suffix == "_refined" else "float64", (1, *map(len, axes[1:]))
-            meaning = MEANINGS[suffix].format(title)
-            create_values(group, name + suffix, axes, dtype, chunks, units=units, long_name=meaning)
-        group[name + suffix][depth] = values.reshape(*shape[1:], *values.shape[1:])
+        axes = scales if ending == "_normal" else scales[:3]
+        shape = [len(axis) for axis in axes[1:]]
+        if name not in group:
+            texts = {"units": "1" if ending else field.units, "long_name": meaning.format(field.criterion)}
+            create_values(group, name, axes, dtype, (1, *shape), **texts)
+        group[name][depth] = values.T.reshape(shape)
 
 
 def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
@@ -174,16 +164,6 @@ def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
         None if field.life is None else float(field.life[point]),
         is_outermost((i, j), cycle.shape),
     )
-
-
-def _attributes_of(worst: Worst) -> dict[str, Any]:
-    """Return the attributes of a criterion's dataset."""
-    found: dict[str, Any] = {"worst": worst.value, "worst_place": list(worst.place)}
-    if worst.limit is not None:
-        found["limit"] = worst.limit
-    if worst.normal is not None:
-        found |= {"worst_normal": worst.normal, "scan_step": SCAN_STEP}
-    return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -117,14 +117,6 @@ class TestCertifiedValues:
 
 
 class TestClosedForms:
-    @pytest.mark.parametrize("mean", [-150.0, 0.0, 80.0])
-    def test_findley_and_swt_in_tension(self, mean):
-        stress = harmonic(200.0, 0.0, 0.0, mean)[:, :, None]
-        largest, k = 200.0 + mean, STEEL.findley_factor
-        expected = 0.5 * (k * largest + np.hypot(200.0, k * largest))
-        assert fatigue_field("findley", STEEL, stress).value[0] == pytest.approx(expected, rel=1e-7)
-        assert fatigue_field("swt", STEEL, stress).value[0] == pytest.approx(largest * 200.0 / 200e3, rel=1e-7)
-
     def test_dang_van_at_the_states_of_a_proportional_path(self):
         """The same from principal stresses by an eigenvalue solver."""
         random = np.random.default_rng(11)

@@ -31,12 +31,6 @@ def stresses(**components: np.ndarray) -> np.ndarray:
     return np.stack([components.get(name, np.zeros_like(PHASE)) for name in names], axis=1)[..., None]
 
 
-@pytest.mark.parametrize("criterion", [crossland, dang_van])
-@pytest.mark.parametrize("load", [{"xx": S * np.cos(PHASE)}, {"zz": S * np.cos(PHASE)}, {"xy": T * np.cos(PHASE)}])
-def test_reversed_tension_and_torsion_at_their_limits_reach_the_torsion_limit(criterion, load) -> None:
-    assert criterion(MATERIAL, stresses(**load)) == pytest.approx(T, rel=1e-6)
-
-
 def test_mean_shear_does_not_count_and_mean_pressure_does() -> None:
     turned = T * np.cos(PHASE)
     assert crossland(MATERIAL, stresses(xy=turned + 80.0)) == pytest.approx(T, rel=1e-6)

@@ -43,14 +43,6 @@ def test_known_states():
         assert found == pytest.approx(exact, rel=1e-14)
 
 
-def test_invariance_under_rotation(stress):
-    rotation, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
-    turned = rotation @ tensors(stress) @ rotation.T
-    components = np.stack([turned[..., i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))])
-    for name in INVARIANTS:
-        np.testing.assert_allclose(invariant(name, components), invariant(name, stress), rtol=0, atol=1e-12)
-
-
 def test_the_largest_values_are_those_of_all_cells(stress):
     for scale in (1.0, -1.0, 0.0):
         shifted = scale * stress
@@ -66,17 +58,8 @@ def test_blocks_that_fit() -> None:
     field = np.arange(24.0).reshape(4, 6)
     means = in_blocks(field, (2, 3), (0, 0), (2, 2))
     assert means.tolist() == [[4.0, 7.0], [16.0, 19.0]]
-
-
-def test_cells_past_the_field_count_as_zero() -> None:
-    means = in_blocks(np.ones((3, 2)), (2, 2), (1, 0), (2, 1))
-    assert means.tolist() == [[0.5], [1.0]]
-
-
-@pytest.mark.parametrize("shift", [(0, 0), (1, 2)])
-def test_the_sum_is_kept(shift) -> None:
-    field = np.random.default_rng(5).normal(size=(5, 7))
-    assert in_blocks(field, (3, 4), shift, (3, 3)).sum() * 12 == pytest.approx(field.sum())
+    # cells past the field count as 0
+    assert in_blocks(np.ones((3, 2)), (2, 2), (1, 0), (2, 1)).tolist() == [[0.5], [1.0]]
 
 
 def test_blocks_of_a_window_cover_it() -> None:
