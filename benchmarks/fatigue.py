@@ -41,8 +41,7 @@ def loop(points: int, depths: int) -> Iterator[DoubleArray]:
 
     from fretsolve import open_result
     from fretsolve.commands.run import run_case
-    from fretsolve.stress.evaluate import layers
-    from fretsolve.stress.request import stress_request
+    from fretsolve.stress.request import layers, stress_request
     from fretsolve.stress.tractions import TractionHistory, last_cycle
     from fretsolve.system.signals import StopRequest
 

@@ -20,6 +20,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from fretsolve.model.grid import Grid
 from fretsolve.stress.influence import Body, Traction
@@ -250,8 +251,6 @@ def _turned(values: DoubleArray, stress: DoubleArray) -> DoubleArray:
 
 def edge_cells(contact: BoolArray) -> BoolArray:
     """Return the cells near which, within `EDGE_CELLS`, there are cells in contact and others."""
-    from scipy.ndimage import maximum_filter, minimum_filter
-
     size = 2 * EDGE_CELLS + 1
     near, inside = (one(contact, size, mode="nearest") for one in (maximum_filter, minimum_filter))
     cells: BoolArray = near & ~inside

@@ -14,14 +14,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter
 
 from fretsolve.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells, in_blocks, merged
-from fretsolve.stress.evaluate import Layer
 from fretsolve.stress.influence import Body
 from fretsolve.stress.invariants import invariant, largest
 from fretsolve.stress.layers import LayerConvolution, LayerKernels
 from fretsolve.stress.names import INVARIANTS, Invariant
-from fretsolve.stress.request import StressRequest, cell_centres, is_outermost
+from fretsolve.stress.request import Layer, StressRequest, cell_centres, is_outermost
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, ComplexArray, DoubleArray
 
@@ -92,8 +92,6 @@ class DoubledCells:
         return {name: self._bounds(invariant(name, stress), invariant(name, coarse)) for name in INVARIANTS}
 
     def _bounds(self, fine: DoubleArray, coarse: DoubleArray) -> SurfaceBounds:
-        from scipy.ndimage import maximum_filter
-
         first, second = self._request.target
         shift = first.start % self._sides[0], second.start % self._sides[1]
         shape = coarse.shape[0], coarse.shape[1]

@@ -22,12 +22,11 @@ from fretsolve.result.layout import STEP, Quantity, X, Y
 from fretsolve.result.piece import damage_reported
 from fretsolve.result.storage import chunk_shape, create_column
 from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
-from fretsolve.stress.evaluate import layers
 from fretsolve.stress.influence import COMPONENTS, Body, Component
 from fretsolve.stress.invariants import MEANINGS
 from fretsolve.stress.names import PEAK_NAMES, Invariant, stress_path
 from fretsolve.stress.peaks import Key, Peak, PeakSearch
-from fretsolve.stress.request import StressRequest, case_request, cell_centres
+from fretsolve.stress.request import StressRequest, case_request, cell_centres, layers
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing

@@ -19,12 +19,11 @@ from fretsolve.result import HistoryWriter, open_result
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
 from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.evaluate import layers
 from fretsolve.stress.influence import point_influence
 from fretsolve.stress.invariants import von_mises
 from fretsolve.stress.layers import LayerConvolution
 from fretsolve.stress.peaks import PeakSearch
-from fretsolve.stress.request import stress_request
+from fretsolve.stress.request import layers, stress_request
 from fretsolve.stress.tractions import TractionHistory
 
 POINTS = [

@@ -28,11 +28,10 @@ from fretsolve.plots.pictures.maps import set_x_ticks
 from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
 from fretsolve.result import Result
 from fretsolve.stress.computed_file import opened_computed
-from fretsolve.stress.evaluate import layers
 from fretsolve.stress.influence import COMPONENTS, Body, point_influence
-from fretsolve.stress.invariants import invariant
+from fretsolve.stress.invariants import invariant, largest
 from fretsolve.stress.names import Invariant
-from fretsolve.stress.request import StressRequest, WindowChoice, cell_centres, stress_request
+from fretsolve.stress.request import StressRequest, WindowChoice, cell_centres, layers, stress_request
 from fretsolve.stress.tractions import TractionHistory, last_cycle
 from fretsolve.system.arrays import DoubleArray
 
@@ -204,14 +203,9 @@ def _cell(tractions: TractionHistory, at: tuple[float, float]) -> tuple[int, int
 
 def _largest_tension(tractions: TractionHistory, request: StressRequest) -> tuple[int, int]:
     """Return the cell of the surface with the largest tension of all increments of a request."""
-    best, cell = -np.inf, (0, 0)
-    for layer in layers(tractions, request):
-        values = invariant("tension", layer.stress)
-        if float(values.max()) > best:
-            best = float(values.max())
-            row, column = np.unravel_index(int(values.argmax()), values.shape)
-            cell = request.target[0].start + int(row), request.target[1].start + int(column)
-    return cell
+    found = (largest(layer.stress)["tension"] for layer in layers(tractions, request))
+    _, (row, column) = max(found, key=lambda one: one[0])
+    return request.target[0].start + row, request.target[1].start + column
 
 
 @dataclass(frozen=True)

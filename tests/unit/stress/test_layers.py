@@ -14,10 +14,9 @@ from fretsolve import open_result
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.stress import request as requests
-from fretsolve.stress.evaluate import layers
 from fretsolve.stress.influence import COMPONENTS, TRACTIONS, point_influence, potential, stress_terms
 from fretsolve.stress.layers import LayerConvolution
-from fretsolve.stress.request import disk_problem, memory_problem, stress_request
+from fretsolve.stress.request import disk_problem, layers, memory_problem, stress_request
 from fretsolve.stress.tractions import TractionHistory, bounding_window
 
 
