@@ -10,7 +10,7 @@ import numpy as np
 from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import FEWEST_SPOT_CELLS
 from fretsolve.export.remarks import Spot
-from fretsolve.export.selection import relevant_columns, unit_for_people
+from fretsolve.export.selection import first_and_last, relevant_columns, unit_for_people
 from fretsolve.result import Result
 from fretsolve.result.cycles.table import CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
@@ -95,9 +95,6 @@ def _error_text(value: float, error: float) -> str:
 MOST_SPOTS = 10
 """Spots of contact that a table has."""
 
-MOST_ROWS, FIRST_ROWS = 12, 2
-"""Cycles up to which all are printed, and how many of the first of more, before the last ones."""
-
 LEAST_DRIFT = 1e-3
 """Least drift over the range of its kind that is printed."""
 
@@ -118,10 +115,7 @@ def cycle_columns(table: CycleTable, *, corrected: bool = False) -> list[TextCol
 
     corrected: of the values corrected for the number of increments, if there are any.
     """
-    count = len(table)
-    rows = np.arange(count)
-    if count > MOST_ROWS:
-        rows = np.concatenate([rows[:FIRST_ROWS], rows[count - MOST_ROWS + FIRST_ROWS :]])
+    rows = first_and_last(np.arange(len(table)), most=12, first=2)
     above, suffix = ("corrected", CORRECTED_SUFFIX) if corrected else ("", "")
     numbers = {"cycle": above, "stage": ""}
     found = [(first, name, "", *map(str, table.columns[name][rows].tolist())) for name, first in numbers.items()]

@@ -63,6 +63,11 @@ def stored_step(result: Result, step: int) -> int:
     return found
 
 
+def first_and_last(rows: IndexArray, most: int, first: int) -> IndexArray:
+    """Return all of at most `most` rows, of more the `first` ones and the last ones."""
+    return rows if len(rows) <= most else np.concatenate([rows[:first], rows[first - most :]])
+
+
 def rows_of_stick_zones(history: Mapping[str, DoubleArray]) -> IndexArray:
     """Return for each increment the one whose stick zone to show: itself, or that before a change by wear.
 

@@ -34,6 +34,7 @@ from fretsolve.export.report_tables import (
 )
 from fretsolve.export.selection import (
     RESIDUALS,
+    first_and_last,
     relevant_columns,
     round_off,
     rows_of_stick_zones,
@@ -129,8 +130,8 @@ def history_tables(
         return []
     if has_wear(result) and not every_increment:
         rows = rows_of_wear(result, rows)
-    if not every_increment and len(rows) > MOST_STAGES:
-        rows = np.concatenate([rows[:FIRST_STAGES], rows[FIRST_STAGES - MOST_STAGES :]])
+    if not every_increment:
+        rows = first_and_last(rows, MOST_STAGES, FIRST_STAGES)
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
     of_stick = rows_of_stick_zones(result.history)[rows]
     shown: list[TextColumn] = []

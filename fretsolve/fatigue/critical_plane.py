@@ -34,15 +34,11 @@ CANDIDATES = 6
 FINEST_TURN = 2e-5
 """Radians to which the plane of a refined point is found; a parameter is then off by the square of that."""
 
-MOST_ROUNDS = 500
-"""Rounds of a refinement; some dozens are usual, more where planes tie along a curve."""
-
 BLOCK = 20480
 """States times points that are scanned at once, so that the stresses on some planes stay in the processor's cache."""
 
 PLANES_AT_ONCE = 8
-REFINED_AT_ONCE = 2560
-"""States times points that are refined at once."""
+"""Planes of the scan on which stresses are computed at once, and those around a plane that is refined."""
 
 TIE = 1e-6
 """Amplitudes that differ by this share are equal."""
@@ -92,7 +88,7 @@ def search(
     order = np.argsort(-bound)
     scan = Scan(criterion, min(step, REFINED_STEP))
     worst = known
-    for block in _blocks(points, REFINED_AT_ONCE // steps):
+    for block in _blocks(points, BLOCK // PLANES_AT_ONCE // steps):
         some = order[block]
         if not refine_all:
             some = some[bound[some] >= worst]
@@ -240,15 +236,11 @@ def _shear_direction(stress: DoubleArray, normals: DoubleArray) -> DoubleArray:
 
 
 def _climb(
-    criterion: PlaneCriterion,
-    rank: Combine,
-    stress: DoubleArray,
-    normals: DoubleArray,
-    turn: float,
-    rounds: int = MOST_ROUNDS,
+    criterion: PlaneCriterion, rank: Combine, stress: DoubleArray, normals: DoubleArray, turn: float, rounds: int = 500
 ) -> DoubleArray:
     """Return the planes (points, 3) of largest rank near `normals`; turn: radians of the first step.
 
+    rounds: some dozens are usual, more where planes tie along a curve.
     A pattern search: to the best of eight planes around or to the top of the parabola through them; half as far if none
     is better.
     """

@@ -20,9 +20,6 @@ ROUNDING = 1e-10
 RIDGE = 1e-13
 """Added to the equations of the weights, relative to the size of the set, so that points in one plane can be solved."""
 
-MOST_STEPS = 200
-"""Steps after which the radius stands as it is: that of a ball around all points, perhaps not quite the smallest."""
-
 
 def smallest_ball(points: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
     """Return the radii (sets,) and the centres (dimensions, sets) of the smallest balls.
@@ -38,7 +35,7 @@ def smallest_ball(points: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
     second = _farthest(points, points[first, :, everywhere].T)[0]
     state = _Search(points, first, second)
     running = everywhere
-    for _ in range(MOST_STEPS):
+    for _ in range(200):  # after so many steps the ball holds all points, but may be not quite the smallest
         farthest, distance = _farthest(state.points, state.centers)
         done = distance <= state.radii * (1.0 + ROUNDING) + state.negligible
         radii[running], centers[:, running] = distance, state.centers

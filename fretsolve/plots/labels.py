@@ -45,9 +45,6 @@ MOST_INCREMENTS = 60
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
 
-CLOSED_FORM_POINTS: dict[str, Any] = {"color": "0.78", "linestyle": "", "marker": "o", "markersize": 8.0, "zorder": 1.5}
-"""Options of values of a closed form that no curve joins."""
-
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
 _GREEK = {"delta": r"\delta", "phi": r"\varphi"}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.history import BULK, PAIRS
-from fretsolve.export.selection import relevant_columns
+from fretsolve.export.selection import first_and_last, relevant_columns
 from fretsolve.plots.labels import short_number, symbol, unit_of
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
@@ -103,7 +103,7 @@ def chosen_stage_ends(result: Result) -> list[int]:
     if result.steps and result.steps[-1] not in ends:
         ends.append(result.steps[-1])
     # of a long path: pressed, first loaded, and the last cycle
-    return ends if len(ends) <= 6 else ends[:2] + ends[-4:]
+    return first_and_last(np.array(ends, int), most=6, first=2).tolist()
 
 
 def load_text(result: Result, step: int, *, plain: bool = False) -> str:

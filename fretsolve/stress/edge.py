@@ -53,8 +53,6 @@ SHIFTS = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2
 LINE_SHIFTS = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
 """Sides of the blocks in cells, and the ways to begin them; in a line contact blocks have one row of cells."""
 
-EXTRAPOLATION = 1.0 / (math.sqrt(2.0) - 1.0)
-
 NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
 """Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
 what is loaded: the edge near it is in one of them, and in an area contact one of them fits the edge well."""
@@ -159,7 +157,7 @@ class EdgeExtrapolation:
         fields: tractions, some of which are not 0; bulk: bulk stress xx, yy, xy of each body.
         """
         sheared = any(np.any(field) for name, field in fields.items() if name != "p")
-        factor, share = (EXTRAPOLATION, EDGE_SHARE) if sheared else (1.0, PRESSED_EDGE_SHARE)
+        factor, share = (1.0 / (math.sqrt(2.0) - 1.0), EDGE_SHARE) if sheared else (1.0, PRESSED_EDGE_SHARE)
         blocks = {side: [self._at_edge(side, shift, fields) for shift in self._shifts[side]] for side in self._shifts}
         estimates: dict[tuple[Body, Invariant], EdgeEstimate] = {}
         for body, of_bulk in bulk.items():

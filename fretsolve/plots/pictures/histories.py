@@ -18,7 +18,6 @@ from fretsolve.export.selection import RESIDUALS, rows_of_stick_zones
 from fretsolve.plots.canvas import BELOW_LABEL, LETTERS, PANEL_WIDTH, Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
-    CLOSED_FORM_POINTS,
     MOST_INCREMENTS,
     MOST_NAMED,
     axis_label,
@@ -182,8 +181,9 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
         axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
     elif form is not None:
         # values at the increments alone; in gross slip the force does not tell them
+        look = CLOSED_FORM | {"linestyle": "", "marker": "o", "markersize": 8.0}
         values = np.where(ratio > 0.0, form[1], np.nan)
-        axes.plot(load, values, label=f"{form[0]} (closed form)", **CLOSED_FORM_POINTS)
+        axes.plot(load, values, label=f"{form[0]} (closed form)", **look)
     size = "half-width" if len(result.y) == 1 else "radius"
     axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel=f"stick {size} over contact {size}, c/a")
     _show_origin(axes, result)
