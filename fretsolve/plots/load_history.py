@@ -103,7 +103,7 @@ def chosen_stage_ends(result: Result) -> list[int]:
     if result.steps and result.steps[-1] not in ends:
         ends.append(result.steps[-1])
     # of a long path: pressed, first loaded, and the last cycle
-    return first_and_last(np.array(ends, int), most=6, first=2).tolist()
+    return list(map(int, first_and_last(np.array(ends, int), most=6, first=2)))
 
 
 def load_text(result: Result, step: int, *, plain: bool = False) -> str:
