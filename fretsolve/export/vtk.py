@@ -12,7 +12,6 @@ import re
 import sys
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -158,19 +157,6 @@ def data_array(name: str, values: NDArray[Any], blobs: list[bytes]) -> str:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Volume:
-    """A volume of a body. fields: ``(depths, nx, ny)``, or ``(3, depths, nx, ny)`` in the axes of the result."""
-
-    kind: str
-    body: int
-    step: int
-    x: DoubleArray
-    y: DoubleArray
-    depths: DoubleArray
-    fields: Mapping[str, DoubleArray]
-
-
 def write_volumes(computed: ComputedFile, source: Path, path: Path, *, exclusive: bool) -> None:
     """Write ``path`` (.pvd), which ParaView opens, and the grids of an open file of `source` in a folder beside it.
 
@@ -179,18 +165,22 @@ def write_volumes(computed: ComputedFile, source: Path, path: Path, *, exclusive
     folder = grids_folder(path)
     folder.mkdir(exist_ok=True)
     grids = []
-    volumes = _stresses(computed, source) if computed.kind == "stress" else _parameters(computed, source)
-    for volume in volumes:
-        grid = folder / f"{volume.kind}_body_{volume.body}.{volume.step:06d}.vtr"
-        _write_volume(grid, volume)
-        grids.append((grid, volume.step, volume.body - 1, f"body {volume.body}"))
+    for number, body, step, fields in _volumes(computed):
+        grid = folder / f"{computed.kind}_body_{number}.{step:06d}.vtr"
+        _write_volume(grid, body, fields, up=number == 1)
+        grids.append((grid, step, number - 1, f"body {number}"))
     write_index(path, grids, exclusive=exclusive)
 
 
-def _stresses(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
-    for number, body in bodies_of(computed).items():
-        for place, step in enumerate(body.steps.tolist()):
-            yield _Volume("stress", number, step, body.x, body.y, body.depths, _stress_fields(body, place))
+def _volumes(computed: ComputedFile) -> Iterator[tuple[int, BodyStress | BodyFatigue, int, dict[str, DoubleArray]]]:
+    """Yield each body with its number, an increment, and fields ``(depths, nx, ny)`` or ``(3, depths, nx, ny)``."""
+    if computed.kind == "fatigue":
+        for number, parameters in fatigue_bodies(computed).items():
+            yield number, parameters, parameters.steps[-1], _fatigue_fields(parameters)
+    else:
+        for number, stresses in bodies_of(computed).items():
+            for place, step in enumerate(stresses.steps.tolist()):
+                yield number, stresses, step, _stress_fields(stresses, place)
 
 
 def _stress_fields(body: BodyStress, place: int) -> dict[str, DoubleArray]:
@@ -200,11 +190,6 @@ def _stress_fields(body: BodyStress, place: int) -> dict[str, DoubleArray]:
     if len(fields) == 6:
         fields |= {"von_mises": von_mises(stress), "first_principal": principal(stress)[0]}
     return fields
-
-
-def _parameters(computed: ComputedFile, source: Path) -> Iterator[_Volume]:
-    for number, body in fatigue_bodies(computed).items():
-        yield _Volume("fatigue", number, body.steps[-1], body.x, body.y, body.depths, _fatigue_fields(body))
 
 
 def _fatigue_fields(body: BodyFatigue) -> dict[str, DoubleArray]:
@@ -221,12 +206,11 @@ def _fatigue_fields(body: BodyFatigue) -> dict[str, DoubleArray]:
     return fields
 
 
-def _write_volume(path: Path, volume: _Volume) -> None:
-    """Write a rectilinear grid with its point data. Raises OSError."""
-    up = volume.body == 1
+def _write_volume(path: Path, body: BodyStress | BodyFatigue, fields: Mapping[str, DoubleArray], *, up: bool) -> None:
+    """Write a rectilinear grid with its point data; up: the body lies above z = 0. Raises OSError."""
     blobs: list[bytes] = []
-    point_data = "".join(data_array(name, _ordered(field, up=up), blobs) for name, field in volume.fields.items())
-    axes: tuple[NDArray[np.float64], ...] = (volume.x, volume.y, volume.depths if up else -volume.depths[::-1])
+    point_data = "".join(data_array(name, _ordered(field, up=up), blobs) for name, field in fields.items())
+    axes: tuple[NDArray[np.float64], ...] = (body.x, body.y, body.depths if up else -body.depths[::-1])
     coordinates = "".join(data_array(name, values, blobs) for name, values in zip("xyz", axes, strict=True))
     extent = " ".join(f"0 {len(values) - 1}" for values in axes)
     write_grid(
