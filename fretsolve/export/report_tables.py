@@ -182,7 +182,7 @@ def _number(value: float | None, factor: float, least: float) -> str:
 
 
 def about_spots(spots: Sequence[Spot]) -> list[str]:
-    """Return a line on the number of spots and on those of few cells, if there are several spots."""
+    """Return a line on the number of spots and of spots with few cells, if there are several spots."""
     if len(spots) < 2:
         return []
     small = sum(spot.cells < FEWEST_SPOT_CELLS for spot in spots)

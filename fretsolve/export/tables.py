@@ -36,7 +36,7 @@ def csv_heading(units: Mapping[str, str]) -> list[str]:
 def write_npz(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> None:
     """Write the columns of the history and the fields of `steps`, ``(steps, nx, ny)``, by their names.
 
-    Further arrays are `x`, `y` (mm), `field_steps`, and as text `units` (JSON: that of each name), `effective_case`
+    Further arrays are `x`, `y` (mm), `field_steps`, and as text `units` (JSON: a unit per name), `effective_case`
     (JSON) and `case_yaml`. Holds one increment of one field at a time. Raises OSError, FileError.
     """
     names = [*result.history, *result.fields, "x", "y"]

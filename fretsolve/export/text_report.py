@@ -123,7 +123,7 @@ def history_tables(
 
     One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
     cycle are left out, of which the row of the change after it tells, with the stick zone at the cycle's end. columns:
-    by default all but those of round-off.
+    by default all columns above round-off.
     """
     rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
     if not len(rows):
@@ -146,7 +146,7 @@ def history_tables(
 
 
 def _cycle_tables(result: Result, width: int) -> list[Table]:
-    """Return the table of cycles, or several of at most `width` characters, and that of corrected values, if any."""
+    """Return tables of cycles of at most `width` characters, as run and with corrected values, if there are any."""
     if (cycles := result.cycles) is None:
         return []
     as_run, corrected = (cycle_columns(cycles, corrected=one) for one in (False, True))

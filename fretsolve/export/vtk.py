@@ -223,7 +223,7 @@ def _write_volume(path: Path, body: BodyStress | BodyFatigue, fields: Mapping[st
 
 
 def _ordered(field: DoubleArray, *, up: bool) -> DoubleArray:
-    """Return a field as `data_array` takes it: z rises, and of vectors z is that of the grid, upwards."""
+    """Return a field as `data_array` takes it: z rises, and vectors have the z of the grid, upwards."""
     rising = field if up else field[..., ::-1, :, :]
     if field.ndim == 3:
         return np.asarray(rising.transpose(1, 2, 0).reshape(-1, order="F"))

@@ -233,8 +233,8 @@ _CRITERIA: dict[str, _Criterion] = {
 def fatigue_field(name: str, material: Material, stress: DoubleArray, **search_options: Any) -> FatigueField:
     """Return the parameter of a criterion; stress: (steps, 6, points) in MPa over one closed cycle.
 
-    search_options: those of `critical_plane.search`. Raises CaseError for a constant that is missing or out of range;
-    its key is that of the material.
+    search_options: of `critical_plane.search`. Raises CaseError for a constant that is missing or out of range;
+    its key is a key of the material.
     """
     criterion = _CRITERIA[name]
     limit = criterion.limit(material) if criterion.lives is None else None

@@ -48,8 +48,8 @@ TIE = 1e-6
 class PlaneField:
     """A parameter at each point on its critical plane.
 
-    value: (points,); normal: (3, points), towards z >= 0; refined: (points,), False where the value is that of the
-    scan, which may be too small.
+    value: (points,); normal: (3, points), towards z >= 0; refined: (points,), False where the value comes from
+    the scan and may be too small.
     """
 
     value: DoubleArray

@@ -65,7 +65,7 @@ class PlaneCriterion:
     amplitude_rows: from normals (..., 3) to the rows (..., k, 6) of the components whose path has the amplitude; it is
     the radius of the smallest ball around the path in k dimensions. combine: the parameter. ranks: what the plane
     maximises, one function after the other, each from the plane that the one before found; by default the parameter.
-    ties: the plane of largest amplitude counts, and among equal ones that of largest normal stress. rounds: of the
+    ties: the plane of largest amplitude counts, and among equal ones the plane of largest normal stress. rounds: of the
     search from the best plane of a scan; one parabola leads to the top of a smooth hill, not of one cut off at 0.
     """
 
@@ -76,6 +76,6 @@ class PlaneCriterion:
     rounds: int = 1
 
     def rows(self, normals: DoubleArray) -> DoubleArray:
-        """Return rows (..., 1 + k, 6): that of the normal stress, then those of the amplitude."""
+        """Return rows (..., 1 + k, 6): first the row of the normal stress, then the rows of the amplitude."""
         normal = traction_rows(normals, normals)[..., None, :]
         return np.concatenate([normal, self.amplitude_rows(normals)], axis=-2)

@@ -87,7 +87,7 @@ class FatigueRequest:
     window: WindowChoice = "auto"
 
     def stress_depths(self, least: float) -> tuple[float, ...]:
-        """Return the depths at which stresses are computed; least: that of the first one below the surface (mm)."""
+        """Return the depths at which stresses are computed; least: the first depth below the surface (mm)."""
         if self.average is None:
             return self.depths
         first, last = self.average.depth_range

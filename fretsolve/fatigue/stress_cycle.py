@@ -32,7 +32,7 @@ CLOSED_WITHIN = 0.01
 class StressCycle:
     """The stresses of a body over one cycle; path: their file.
 
-    chosen: positions in the file of the cycle's increments; before them that of the state with which it begins.
+    chosen: positions in the file of the state with which the cycle begins and of the cycle's increments.
     """
 
     path: Path
@@ -51,7 +51,7 @@ class StressCycle:
 
     @property
     def cell(self) -> tuple[float, float]:
-        """The sides of a cell (mm); the same along a direction with one cell."""
+        """The sides of a cell (mm); along a direction with one cell the side of the other direction."""
         x, y = (float(axis[1] - axis[0]) if len(axis) > 1 else 0.0 for axis in (self.body.x, self.body.y))
         return x or y, y or x
 
@@ -80,7 +80,7 @@ class StressCycle:
 
 @dataclass(frozen=True, eq=False)
 class FatigueCycles:
-    """The stresses of a cycle and the constants of each body; attributes: those of the file of parameters."""
+    """The stresses of a cycle and the constants of each body; attributes: of the file of parameters."""
 
     request: FatigueRequest
     of_body: Mapping[int, StressCycle]
@@ -128,11 +128,11 @@ def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: 
 
 
 def cycle_of(body: BodyStress, attributes: Any) -> tuple[int, ...]:
-    """Return the positions of the increments of the last cycle in a file of stresses, after that of its beginning.
+    """Return the positions of the last cycle in a file of stresses: of its beginning, then of its increments.
 
     It begins with the state before it, or with its end where wear has changed the surfaces before it: cells that have
     come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins again. All
-    increments of the file if its load path has no `cycle`. attributes: those of the file.
+    increments of the file if its load path has no `cycle`. attributes: of the file.
     """
     everything, case = tuple(range(len(body.steps))), stored_case(_effective(attributes))
     found = cycle_stages(case, int(body.stages.max(initial=0)))

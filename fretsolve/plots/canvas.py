@@ -194,9 +194,9 @@ def canvas(
 
 
 def scaled_height(aspect: float, width: float) -> float:
-    """Return the height (inches) of a panel `width` wide whose axes have one scale; aspect: height over width of them.
+    """Return the height (inches) of a panel `width` wide whose axes have one scale.
 
-    A colour bar, labels and a title take a part of both.
+    aspect: height of the axes over their width. A colour bar, labels and a title take a part of both.
     """
     return min(max((width - 1.4) * aspect, 0.5), 4.0) + 0.75
 

@@ -60,7 +60,7 @@ def not_of_kind(kind: Kind, path: Path) -> FileError:
 def opened_computed(path: Path) -> Iterator[ComputedFile | None]:
     """Open a file of stresses or fatigue parameters; None for a result, or what is not HDF5 at all.
 
-    Attributes are those of the header, which has a checksum. Raises FileError if it is damaged or missing.
+    Attributes come from the header, which has a checksum. Raises FileError if the header is damaged or missing.
     """
     with ExitStack() as opened:
         found = None

@@ -240,7 +240,7 @@ def rises(values: DoubleArray, change: DoubleArray) -> DoubleArray:
 
 
 def _turned(values: DoubleArray, stress: DoubleArray) -> DoubleArray:
-    """Return stresses ``(6, places)`` of principal `values` ``(3, places)`` in the directions of those of `stress`."""
+    """Return stresses ``(6, places)`` of principal `values` ``(3, places)`` in the principal directions of `stress`."""
     matrices = stress[[0, 3, 4, 3, 1, 5, 4, 5, 2]].T.reshape(-1, 3, 3)
     directions = np.linalg.eigh(matrices)[1][:, :, ::-1]
     turned = np.einsum("pik,kp,pjk->ijp", directions, values, directions)

@@ -124,7 +124,7 @@ class LayerConvolution:
     def kernels(
         self, potentials: Mapping[Potential | Strip, DoubleArray], depth: float, nu: float, body: Body
     ) -> LayerKernels:
-        """Return the spectra of the coefficients of a body from those of the potentials."""
+        """Return the spectra of the coefficients of a body from the spectra of the potentials."""
         known: dict[tuple[tuple[Potential | Strip, float], ...], DoubleArray] = {}
         rows: dict[Component, Sequence[DoubleArray]] = {}
         odd: dict[Component, Sequence[bool]] = {}

@@ -111,7 +111,7 @@ class DoubledCells:
 
 
 EDGE_LEAD = 0.25
-"""By how much of its error an extrapolated value at the edge must exceed those of all cells to count as the largest."""
+"""Share of its error by which an extrapolated value at the edge must exceed those of all cells to be the largest."""
 
 SOLVED_FACTOR, SOLVED_LINE_FACTOR = 2.0, 4.0
 """Error at the edge with the tractions of the solver over that with exact ones, and that in line contacts. A cell at
@@ -125,8 +125,8 @@ Key = tuple[Body, Invariant]
 class Peak:
     """The largest value of an invariant in an increment (MPa).
 
-    value: the best estimate, which is that of the cells unless `at_edge`; error: its estimated error; on_cells: the
-    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
+    value: the best estimate, which is the value of the cells unless `at_edge`; error: its estimated error; on_cells:
+    the largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
     deepest: it is at the largest depth of several, so that it may grow below; outermost: it is in the last cells of the
     window, so that it may grow beyond; unbounded: it is at a sharp edge or tip, and no value is the largest.
     """
@@ -274,7 +274,7 @@ class PeakSearch:
 
 
 def _between_depths(depths: Sequence[float], values: DoubleArray, best: int) -> float:
-    """Return by how much a parabola through the largest value and those of the depths beside it rises above it."""
+    """Return by how much a parabola through the largest value and its neighbours over the depth rises above it."""
     if not 0 < best < len(depths) - 1:
         return 0.0
     (before, at, after), (low, top, high) = depths[best - 1 : best + 2], values[best - 1 : best + 2]

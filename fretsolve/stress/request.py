@@ -47,8 +47,8 @@ WindowChoice = WindowKind | float
 class StressRequest:
     """Stresses to compute.
 
-    bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: those that the file
-    keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
+    bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: components that the
+    file keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
     They may lie outside of the grid, where tractions are 0: before its first cell numbers are negative.
     """
 

@@ -152,7 +152,7 @@ def test_swt_of_a_tension_between_the_planes_of_a_scan():
     for tension in (0.5, 2.0, 5.0, 10.0, 20.0):
         path = np.zeros((12, 6, 1))
         path[:, 0, 0], path[:, 1, 0], path[:, 2, 0] = tension * load, -200.0 - 100.0 * load, -300.0
-        points += [rotated(path, random_axes(random)) for _ in range(6)]
+        points += [rotated(path, random_axes(random)) for _ in range(2)]
     stress = np.concatenate(points, axis=2)
     expected = swt_of_all_planes(stress)
     found = fatigue_field("swt", STEEL, stress, known=1.0)
@@ -163,14 +163,14 @@ def test_swt_of_a_tension_between_the_planes_of_a_scan():
 
 @cache
 def random_histories() -> DoubleArray:
-    """Return stresses (40, 6, 200): proportional with a mean, elliptic, and with a second harmonic."""
+    """Return stresses (40, 6, 100): proportional with a mean, elliptic, and with a second harmonic."""
     random = np.random.default_rng(5)
     angle = (2.0 * np.pi * np.arange(40) / 40)[:, None, None]
     mean, sine, cosine, second = 100.0 * random.normal(size=(4, 6, 200))
     stress = mean + sine * np.sin(angle)
     stress[:, :, 70:] += (cosine * np.cos(angle))[:, :, 70:]
     stress[:, :, 140:] += (0.5 * second * np.cos(2.0 * angle))[:, :, 140:]
-    return stress
+    return stress[:, :, ::2]
 
 
 PLANES = pytest.mark.parametrize("criterion", [findley, fatemi_socie, swt])
@@ -185,7 +185,7 @@ def refined(criterion: Callable[[Material], PlaneCriterion]) -> PlaneField:
 @pytest.mark.parametrize("name", CRITERIA)
 def test_rotation_of_the_axes_changes_nothing(name):
     random = np.random.default_rng(8)
-    stress, axes = random_histories()[:, :, ::10], random_axes(random)
+    stress, axes = random_histories()[:, :, ::5], random_axes(random)
     stress = stress[:, :, 7:] if name == "mcdiarmid" else stress  # planes of proportional paths tie in pairs
     options = {} if name in STATES else {"refine_all": True}
     before = fatigue_field(name, STEEL, stress, **options)
@@ -195,9 +195,9 @@ def test_rotation_of_the_axes_changes_nothing(name):
 
 def test_planes_turn_with_the_axes():
     random = np.random.default_rng(9)
-    stress, axes = random_histories()[:, :, 150:160], random_axes(random)
+    stress, axes = random_histories()[:, :, 75:80], random_axes(random)
     after = fatigue_field("findley", STEEL, rotated(stress, axes), refine_all=True)
-    cosine = np.abs((axes @ refined(findley).normal[:, 150:160] * after.normal).sum(axis=0))
+    cosine = np.abs((axes @ refined(findley).normal[:, 75:80] * after.normal).sum(axis=0))
     np.testing.assert_allclose(cosine, 1.0, atol=1e-6)
 
 
@@ -222,8 +222,8 @@ class TestSearch:
     @pytest.mark.slow
     @PLANES
     def test_refined_planes_are_the_best_of_a_scan_at_one_degree(self, criterion):
-        found = refined(criterion).value[::8]
-        brute, _, _ = critical_plane.Scan(criterion(STEEL), 1.0).best(random_histories()[:, :, ::8], improve=False)
+        found = refined(criterion).value[::4]
+        brute, _, _ = critical_plane.Scan(criterion(STEEL), 1.0).best(random_histories()[:, :, ::4], improve=False)
         assert (found >= brute * (1.0 - 1e-12)).all()
         np.testing.assert_allclose(found, brute, rtol=2e-3)
 
@@ -240,7 +240,7 @@ class TestSearch:
 
     def test_worst_of_compressed_points_is_found(self):
         """Findley's parameter is negative where compression outweighs the shear."""
-        stress = 0.01 * random_histories()[:, :, :60]
+        stress = 0.01 * random_histories()[:, :, ::4]
         stress[:, :3] -= 500.0
         pruned = critical_plane.search(findley(STEEL), stress)
         full = critical_plane.search(findley(STEEL), stress, refine_all=True)
@@ -256,9 +256,9 @@ class TestSearch:
         assert (refined(findley).value <= bound).all()
 
     def test_states_that_repeat_change_nothing(self):
-        stress = random_histories()[:, :, 180:190]
+        stress = random_histories()[:, :, 90:95]
         twice = fatigue_field("findley", STEEL, np.repeat(stress, 2, axis=0)[::-1], refine_all=True).value
-        np.testing.assert_allclose(twice, refined(findley).value[180:190], rtol=1e-9)
+        np.testing.assert_allclose(twice, refined(findley).value[90:95], rtol=1e-9)
 
 
 LINE = """\
@@ -287,6 +287,7 @@ END_TO_END = {
 """Certified with exact tractions, at x/a and depth/a: range of sxx (MPa), Crossland, Dang Van, Findley, SWT."""
 
 
+@pytest.mark.slow
 def test_line_contact_under_force_and_bulk_stress_from_end_to_end(tmp_path):
     case, stresses = tmp_path / "line.yaml", tmp_path / "line.stress.h5"
     case.write_text(LINE)

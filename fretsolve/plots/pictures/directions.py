@@ -76,11 +76,11 @@ def _is_narrow(cells: BoolArray) -> bool:
 
 
 def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
-    """Draw a map of the angle from the direction of the load to that of the slip in an increment.
+    """Draw a map of the angle from the direction of the load to the direction of the slip in an increment.
 
-    By Coulomb's law slip is along the shear traction. The load's direction is that of the change of (Qx, Qy); if that
-    is 0 or body 1 turns, it is the motion of each point of body 1. step: by default the last increment with fields.
-    Raises PictureError if nothing slips or no tangential load changes.
+    By Coulomb's law slip is along the shear traction. The load's direction is the change of (Qx, Qy); if
+    that is 0 or body 1 turns, it is the motion of each point of body 1. step: by default the last increment with
+    fields. Raises PictureError if nothing slips or no tangential load changes.
     """
     require_area(result)
     snapshot = Snapshot(result, chosen_step(result, step))

@@ -185,7 +185,7 @@ def map_canvas(
         for axes in drawn.axes if drawn.own else ():
             place = axes.get_subplotspec()
             if place is not None and not place.is_first_col():
-                axes.set_ylabel("")  # as that of the first panel of the row
+                axes.set_ylabel("")  # the first panel of the row has the label
 
 
 def scale_of(result: Result, name: str, largest: float) -> FieldScale:
@@ -248,7 +248,7 @@ def set_x_ticks(axes: Axes) -> None:
 
 
 def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
-    """Draw the edge of the contact, and that of the stick zone if it is known."""
+    """Draw the edges of the contact and, if it is known, of the stick zone."""
     # one more cell at each end, so that outlines close at the edge of the grid
     grid = snapshot.result.x, snapshot.result.y
     x, y = (centres[0] + cell_size(centres) * np.arange(-1, len(centres) + 1) for centres in grid)

@@ -73,7 +73,7 @@ class ProfileLine:
 def profiles(
     result: Result, ax: Target = None, *, steps: Sequence[int] | None = None, at: tuple[float, float] | None = None
 ) -> Figure:
-    """Draw pressure, shear traction and slip along x and y: a row of two panels for each of them that is stored.
+    """Draw pressure, shear traction and slip along x and y: a row of two panels for each stored field.
 
     Of a line contact it is one panel, along x.
 
@@ -139,7 +139,7 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
                 options["markerfacecolor"] = mark.color
             values = np.where(outside, np.nan, rows[k])
             axes.plot(line.along[inside], values[inside] * unit.factor, label=label, **options)
-        # closed form, once if those of several increments are the same
+        # a closed form that several increments share is drawn once
         curve = CLOSED_FORMS[name](result, snapshot.step) if name in CLOSED_FORMS and shown else None
         if curve is not None:
             exact = np.atleast_2d(curve.at(*((points, across) if line.axis == 0 else (across, points)))) * unit.factor
@@ -163,7 +163,7 @@ HEIGHT = 2.6
 def wear(result: Result, ax: Target = None) -> Figure:
     """Draw the worn depth along x through the middle over the cycles, its map at the end, volume and depth over cycles.
 
-    The depth is that of both bodies together. Volume has its estimated error as a band where it is wide enough to be
+    The depth is the sum over both bodies. Volume has its estimated error as a band where it is wide enough to be
     seen, and the worn limit of partial slip if a closed form gives it. A line contact has no map. Raises PictureError.
     """
     last = chosen_step(result, None)
