@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from fretsolve.plots.canvas import panel_height
 from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
 from fretsolve.result.layout import HISTORY
+from fretsolve.system.arrays import DoubleArray
 
 FIELD_NAMES = {
     "pressure": "pressure",
@@ -103,6 +105,12 @@ def marks(count: int) -> list[Mark]:
     if count > MOST_NAMED:
         return [Mark(color, "-", "", index) for index, color in enumerate(colors)]
     return [Mark(color, _DASHES[index], _MARKERS[index], index) for index, color in enumerate(colors)]
+
+
+def draw_lines(axes: Axes, x: ArrayLike, lines: Sequence[tuple[str, DoubleArray]], **look: Any) -> None:
+    """Draw lines, each with its label, over `x`; look: further options of `Axes.plot`."""
+    for (label, values), mark in zip(lines, marks(len(lines)), strict=True):
+        axes.plot(x, values, label=label, **mark.options(len(values)) | look)
 
 
 class Unit(NamedTuple):

@@ -21,6 +21,7 @@ from fretsolve.plots.labels import (
     MOST_INCREMENTS,
     MOST_NAMED,
     axis_label,
+    draw_lines,
     increment_ticks,
     line_colors,
     marker_spacing,
@@ -243,6 +244,5 @@ def _draw_residuals(axes: Axes, result: Result) -> None:
 
 def _draw_columns(axes: Axes, result: Result, labels: Mapping[str, str], least: float = 0.0) -> None:
     """Draw columns of the history over the increments; values below `least` there."""
-    for (name, label), mark in zip(labels.items(), marks(len(labels)), strict=True):
-        options = mark.options(result.increments) | {"linewidth": 1.1}
-        axes.plot(result.history["step"], np.maximum(result.history[name], least), label=label, **options)
+    lines = [(label, np.maximum(result.history[name], least)) for name, label in labels.items()]
+    draw_lines(axes, result.history["step"], lines, linewidth=1.1)

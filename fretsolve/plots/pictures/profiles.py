@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import PANEL_WIDTH, Canvas, Target, canvas, scaled_height, title_of
-from fretsolve.plots.labels import CLOSED_FORM, FIELD_NAMES, MOST_INCREMENTS, marks, short_number, unit_of
+from fretsolve.plots.labels import CLOSED_FORM, FIELD_NAMES, MOST_INCREMENTS, draw_lines, marks, short_number, unit_of
 from fretsolve.plots.load_history import chosen_stage_ends, load_text
 from fretsolve.plots.pictures.maps import draw_panel, outline_key, scale_of
 from fretsolve.plots.reference import hertz_pressure, shear_form, slip_form, worn_limit
@@ -222,10 +222,9 @@ def _draw_profiles(axes: Axes, result: Result, worn: BoolArray) -> None:
     touched = result.x[worn.any(axis=1)]
     low, high = (float(touched[0]), float(touched[-1])) if len(touched) else (float(result.x[0]), float(result.x[-1]))
     space = 0.1 * (high - low)
-    for step, mark in zip(steps, marks(len(steps)), strict=True):
-        depth = line.cut(Snapshot(result, step).field("wear_depth")) * unit.factor
-        label = f"after {result.history['cycles'][step]:g} cycles"
-        axes.plot(result.x, depth, label=label, **mark.options(len(depth)))
+    depths = [line.cut(Snapshot(result, step).field("wear_depth")) * unit.factor for step in steps]
+    labels = [f"after {result.history['cycles'][step]:g} cycles" for step in steps]
+    draw_lines(axes, result.x, list(zip(labels, depths, strict=True)))
     axes.set(xlim=(low - space, high + space), xlabel="x (mm)", ylabel=f"worn depth ({unit.text})")
     axes.invert_yaxis()
     axes.set_title(line.text)

@@ -22,7 +22,7 @@ from fretsolve.errors import CaseError, PictureError
 from fretsolve.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
 from fretsolve.fatigue.names import dataset_name, fatigue_path
 from fretsolve.plots.canvas import BELOW_LABEL, PANEL_WIDTH, Canvas, Target, canvas, scaled_height, title_of
-from fretsolve.plots.labels import increment_ticks, label_depth, marks
+from fretsolve.plots.labels import draw_lines, increment_ticks, label_depth
 from fretsolve.plots.load_history import step_text
 from fretsolve.plots.pictures.maps import set_x_ticks
 from fretsolve.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
@@ -120,13 +120,10 @@ def stress_cycle(
         stress[:, index] = influence.stress(tractions.read(step, whole))
         stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
     with canvas(ax, 2, (PANEL_WIDTH, 2.8), columns=2) as drawn:
-        curves: list[list[tuple[str, DoubleArray]]] = [
-            [(component_symbol(name), values) for name, values in zip(COMPONENTS, stress, strict=True)],
-            [(text, invariant(name, stress)) for name, text in SHOWN.items()],
-        ]
-        for axes, lines in zip(drawn.axes, curves, strict=False):
-            for (label, values), mark in zip(lines, marks(len(lines)), strict=True):
-                axes.plot(steps, values, label=label, **mark.options(len(steps)))
+        components = list(zip(map(component_symbol, COMPONENTS), stress, strict=True))
+        invariants = [(text, invariant(name, stress)) for name, text in SHOWN.items()]
+        for axes, lines in zip(drawn.axes, (components, invariants), strict=False):
+            draw_lines(axes, steps, lines)
             axes.set(xlabel="increment", ylabel="stress (MPa)")
             axes.xaxis.set_major_locator(increment_ticks())
             # below the panel, as curves may fill it
