@@ -313,6 +313,7 @@ def test_torque_near_the_limit_of_coupled_bodies():
     assert carried.summary.Mz == pytest.approx(0.995 * turned.summary.Mz)
 
 
+@pytest.mark.slow
 def test_thousands_of_spots(tmp_path):
     """White noise under a punch: the contact zone must not run in circles (a third of the cells are in contact)."""
     points = 240

@@ -73,7 +73,9 @@ def test_show_says_that_the_stick_area_of_unlike_bodies_has_no_error_estimate(tm
     unlike = "bodies.1.young_modulus=70 GPa"
     assert invoke("run", path, "-q", "--set", unlike).exit_code == 0
     with open_result(path.with_suffix(".h5")) as result:
-        _, stick = wear_totals(result)
+        cycles, stick = wear_totals(result)
+        assert error_by_grid(result) is None  # unlike bodies have no closed form of the limit
+    assert "by the cells" not in cycles
     assert stick.startswith("stick area at the end of the first solved cycle 0.0")
     assert stick.endswith(" %); its error is not estimated: compare a smaller tolerance")
 
@@ -126,10 +128,8 @@ def test_another_case_goes_on_with_the_worn_surfaces(worn: Path, surface: str, t
     heights = tmp_path / "worn.heights.hdf5"
     done = invoke("export", worn, "--to", "heights", "-o", heights)
     assert (done.exit_code, done.stdout) == (0, f"{heights}\n")
-    with open_result(worn) as result, h5py.File(heights) as file:
-        size, last = 24.0 * float(np.diff(result.x).mean()), result.increments - 1
-        assert file["wear_depth"].attrs["spacing"] == pytest.approx([size / 24.0] * 2)
-        np.testing.assert_array_equal(file["wear_depth"][:], result.field("wear_depth", last))
+    with open_result(worn) as result:
+        size = 24.0 * float(np.diff(result.x).mean())
         expected = {name: float(result.history[name][-1]) for name in ("delta_z", "max_pressure", "contact_area")}
     maps = {
         "sum": "[{sphere: {radius: 10 mm}}, {heights: {file: worn.heights.hdf5, dataset: wear_depth}}]",
@@ -255,13 +255,6 @@ def test_the_error_by_cells_that_stick_is_shown_and_warned_of(tmp_path: Path) ->
     assert 0.01 * volume < error < 0.2 * volume
     assert f" mm^3 (± {by_jumps:.1e} by the jumps, ± {error:.1e} by the cells that stick)," in told
     assert f"which may have changed wear_volume by {100 * error / volume:.2g} %; finer cells" in done.stderr
-    # unlike bodies have no closed form of the limit
-    unlike = path.read_text().replace("200 GPa", "70 GPa", 1)
-    path = write_case(tmp_path, unlike, "unlike.yaml")
-    assert invoke("run", path, "-q").exit_code == 0
-    with open_result(path.with_suffix(".h5")) as worn:
-        assert error_by_grid(worn) is None
-        assert "by the cells" not in " ".join(wear_totals(worn))
 
 
 @pytest.mark.parametrize(
