@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import CaseError
-from fretsolve.model.surface import separation
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
@@ -88,6 +87,8 @@ def write_heights(result: Result, step: int, path: Path, *, exclusive: bool) -> 
     `wear_depth` is that of both bodies together, which adds to the surfaces of the case; `separation` is the sum, NaN
     without material. Raises OSError, FileError, CaseError.
     """
+    from fretsolve.model.surface import separation  # loads pydantic, which no other table needs
+
     depth = np.asarray(result.field("wear_depth", step), np.float64)
     maps = {"wear_depth": (depth, "worn depth of both bodies together, which adds to the separation")}
     if result.case is not None:
