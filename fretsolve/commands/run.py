@@ -9,8 +9,8 @@ from pathlib import Path
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
-from fretsolve.commands.files_beside import require_own_beside, require_room, write_beside
 from fretsolve.commands.messages.run_messages import JsonMessages, QuietMessages, TextMessages
+from fretsolve.commands.side_outputs import require_own_beside, require_room, write_beside
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.kernels import load, when_compiling
 from fretsolve.result import HistoryWriter

@@ -13,7 +13,7 @@ from rich.text import Text
 from fretsolve.case.dimensions import percent
 from fretsolve.export.text_report import TextColumn
 from fretsolve.study.assessment import AssessedRun, Assessment
-from fretsolve.study.variation import words
+from fretsolve.study.plan import words
 from fretsolve.sweep.manifest import index_list
 from fretsolve.sweep.quantity import ENERGIES, listed, place_of
 

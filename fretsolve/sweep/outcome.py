@@ -31,7 +31,7 @@ UNKNOWN = (math.nan, math.nan)
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class CaseOutcome:
     """The part of a result that a sweep or study collects.
 
     values, errors: of the quantities and their error bars ``(n,)``, NaN where there is none.
@@ -154,7 +154,7 @@ class _Fatigue:
 
 def read_outcome(
     path: Path, quantities: Sequence[StageQuantity], load_path: LoadPath | None = None, *, corrected: bool = False
-) -> Outcome:
+) -> CaseOutcome:
     """Return the outcome of the result `path`. Raises FileError.
 
     load_path: of the case, whose cycles the result may have left before their last repetition: the last one that was
@@ -165,7 +165,7 @@ def read_outcome(
         sources = _sources(result, {one.name for one in quantities}, _stage_ends(result, load_path), corrected)
         pairs = [(one, sources[one.name]) for one in quantities]
         found = np.array([source.value(one) for one, source in pairs]).reshape(-1, 2)
-        return Outcome(
+        return CaseOutcome(
             found[:, 0],
             found[:, 1],
             result.increments,

@@ -21,10 +21,9 @@ from fretsolve.case.quantities import QuantityError, split_quantity, to_internal
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.layout import described
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow, states
+from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import LAST_STAGE, read_quantity
-from fretsolve.sweep.status import CaseState, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
 from fretsolve.system.foreign_files import open_hdf5, require_regular
@@ -142,7 +141,7 @@ class Table:
 
     manifest: Manifest
     states: tuple[CaseState, ...]
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseOutcome, ...]
     settings: tuple[Column, ...]
     found: tuple[Column, ...]
     errors: tuple[Column, ...]
@@ -155,9 +154,9 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
     """
     wanted = {text: read_quantity(text) for text in quantities or manifest.quantities}
     nothing = np.full(len(wanted), np.nan)
-    known: dict[str, Outcome] = {}
+    known: dict[str, CaseOutcome] = {}
     found: list[CaseState] = []
-    outcomes: list[Outcome] = []
+    outcomes: list[CaseOutcome] = []
     for state in states(manifest):
         if state.has_result and state.row.id not in known:
             try:
@@ -165,7 +164,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
             except FileError as error:
                 state = CaseState(state.row, "error", error.exit_code, str(error))
         found.append(state)
-        outcomes.append(known.get(state.row.id) or Outcome(nothing, nothing, state.increments))
+        outcomes.append(known.get(state.row.id) or CaseOutcome(nothing, nothing, state.increments))
     stages = max((outcome.stages for outcome in outcomes), default=0)
     for one in wanted.values():
         if one.name not in CYCLE_NAMES and stages and stages < one.stage < LAST_STAGE:

@@ -24,8 +24,8 @@ from small_cases import SWEPT
 from sweeping import assert_as_serial, many_cases, rows_of, workers, write_sweep
 
 from fretsolve import open_result
-from fretsolve.sweep.engines.slurm import job_name
 from fretsolve.sweep.manifest import read_manifest
+from fretsolve.sweep.slurm import job_name
 
 CASES = int(os.environ.get("FRETSOLVE_SWEEP_CASES", "8"))
 WHOLE = CASES >= 40

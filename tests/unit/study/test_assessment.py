@@ -16,7 +16,7 @@ from studying import plan_of
 from fretsolve.study.assessment import Assessment, assess, front
 from fretsolve.study.plan import StudyPlan
 from fretsolve.study.report import advice, notes, two_digits
-from fretsolve.sweep.outcome import Outcome
+from fretsolve.sweep.outcome import CaseOutcome
 
 
 def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]]) -> Assessment:
@@ -24,10 +24,10 @@ def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence
     return assess(plan, [outcome(cost, row) for cost, row in zip(seconds, values, strict=True)])
 
 
-def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> Outcome:
+def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> CaseOutcome:
     """The outcome of a run in one increment."""
     largest = np.abs(values if peaks is None else peaks)
-    return Outcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
+    return CaseOutcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
 
 
 def test_front() -> None:

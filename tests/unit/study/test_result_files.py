@@ -11,16 +11,17 @@ import pytest
 from studying import plan_of
 
 from fretsolve.errors import FileError
-from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.result_files import (
+from fretsolve.study.assessment import (
     CSV_NAME,
     HDF5_NAME,
     PICTURE_NAME,
+    Assessment,
+    assess,
     require_own_folder,
     write_study_csv,
     write_study_hdf5,
 )
-from fretsolve.sweep.outcome import Outcome
+from fretsolve.sweep.outcome import CaseOutcome
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def study(tmp_path: Path) -> Assessment:
     plan = plan_of(tmp_path, ["grid.points=6,8,12"], quantities=["delta_x"])
     found = {6: (1.0, 0.9e-3), 8: (2.0, 1.02e-3), 12: (3.0, 1.0e-3)}
     outcomes = [
-        Outcome(np.array([value]), np.full(1, np.nan), 4, seconds, 100, np.array([value]))
+        CaseOutcome(np.array([value]), np.full(1, np.nan), 4, seconds, 100, np.array([value]))
         for seconds, value in (found[case.setup.grid.shape[0]] for case in plan.cases)
     ]
     return assess(plan, outcomes)

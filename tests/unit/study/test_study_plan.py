@@ -15,8 +15,7 @@ from studying import EVERY, EXPECT, plan_of
 from fretsolve import load_case
 from fretsolve.errors import CaseError
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.study.plan import finest
-from fretsolve.study.variation import changes_the_problem, read_variation, short, words
+from fretsolve.study.plan import changes_the_problem, finest, read_variation, short, words
 from fretsolve.sweep.quantity import StageQuantity, listed, usual_quantities
 
 

@@ -21,14 +21,12 @@ from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
 from fretsolve.result import open_result
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
-from fretsolve.sweep.case_run import Report
-from fretsolve.sweep.engines import slurm, worker_pool
-from fretsolve.sweep.engines.slurm import job_name
-from fretsolve.sweep.manifest import read_manifest, write_manifest
+from fretsolve.sweep import slurm, worker_pool
+from fretsolve.sweep.manifest import RunReport, read_manifest, states, write_manifest
 from fretsolve.sweep.outcome import read_outcome
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import read_quantity
-from fretsolve.sweep.status import states
+from fretsolve.sweep.slurm import job_name
 from fretsolve.sweep.table import collect
 
 # Points
@@ -251,7 +249,12 @@ def test_a_sweep_and_a_study_do_not_share_a_folder(tmp_path: Path) -> None:
 def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
     manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
     write_manifest(manifest)
-    reports = [Report(0, 3, "slides", increments=1), Report(1, 0, increments=3), Report(2, 0), Report(3, 4, "no room")]
+    reports = [
+        RunReport(0, 3, "slides", increments=1),
+        RunReport(1, 0, increments=3),
+        RunReport(2, 0),
+        RunReport(3, 4, "no room"),
+    ]
     found = [(one.status, one.exit_code, one.reason) for one in states(manifest, reports)]
     assert found[:4] == [("no solution", 3, "slides"), ("complete", 0, ""), *[("waiting", None, "")] * 2]
 

@@ -14,11 +14,10 @@ from sweeping import manifest_of, write_sweep
 from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import parse
 from fretsolve.errors import CaseError
-from fretsolve.sweep.engines import slurm
+from fretsolve.sweep import slurm
 from fretsolve.sweep.manifest import index_list
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.points import points_of, text_of
-from fretsolve.sweep.spec import SlurmSpec, SweepSpec
+from fretsolve.sweep.sweep_file import SlurmSpec, SweepSpec, points_of, text_of
 
 # Points
 

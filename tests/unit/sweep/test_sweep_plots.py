@@ -11,10 +11,9 @@ from matplotlib.collections import QuadMesh
 from pictures import figure_texts
 
 from fretsolve.errors import PictureError
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.outcome import Outcome, RunningCondition
+from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow
+from fretsolve.sweep.outcome import CaseOutcome, RunningCondition
 from fretsolve.sweep.plot import curve, independent_keys, running_condition_map, surface
-from fretsolve.sweep.status import CaseState
 from fretsolve.sweep.table import Column, Table, setting_column
 
 LOADS, SHIFTS = ("100 N", "200 N", "400 N"), ("1 um", "2 um")
@@ -38,7 +37,7 @@ def table_of(missing: int = -1) -> Table:
         manifest,
         states,
         tuple(
-            Outcome(nothing, nothing, 1, running_condition="" if row.index == missing else condition)
+            CaseOutcome(nothing, nothing, 1, running_condition="" if row.index == missing else condition)
             for row, condition in zip(rows, conditions, strict=True)
         ),
         tuple(setting_column(key, rows) for key in manifest.keys),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from fretsolve.sweep.engines.dask import TASKS_PER_THREAD, in_tasks
+from fretsolve.sweep.dask import TASKS_PER_THREAD, in_tasks
 from fretsolve.sweep.manifest import Manifest
 
 

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from fretsolve.errors import CaseError
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list
 from fretsolve.sweep.plan import SweepPlan
-from fretsolve.sweep.spec import SlurmSpec
+from fretsolve.sweep.sweep_file import SlurmSpec
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
 
