@@ -9,7 +9,9 @@ from typing import Any
 import click
 
 from fretsolve.cli.options import (
+    FILE,
     WholeNumber,
+    flag,
     output_option,
     overwrite_option,
     picture_options,
@@ -51,11 +53,11 @@ def _indices(context: click.Context, parameter: click.Parameter, value: str) -> 
     return found
 
 
-_FOLDER = click.argument("folder", type=click.Path(readable=False, path_type=Path), metavar="DIR")
+_FOLDER = click.argument("folder", type=FILE, metavar="DIR")
 
 
 @sweep.command("run")
-@click.argument("file", type=click.Path(readable=False, path_type=Path), metavar="SWEEP")
+@click.argument("file", type=FILE, metavar="SWEEP")
 @output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
 @click.option(
     "-j", "--jobs", type=WholeNumber(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."
@@ -69,9 +71,7 @@ _FOLDER = click.argument("folder", type=click.Path(readable=False, path_type=Pat
     metavar="ENGINE",
     help="Where to run: local, slurm, or dask:ADDRESS of a Dask scheduler.",
 )
-@click.option(
-    "--dry-run", "dry", is_flag=True, help="With slurm: write the job script and print how to submit it, without Slurm."
-)
+@flag("--dry-run", "dry", help="With slurm: write the job script and print how to submit it, without Slurm.")
 @quiet_option
 def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, quiet: bool) -> int:
     """Run the cases of SWEEP that have no result yet.
@@ -94,7 +94,7 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, 
 @click.option(
     "--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Numbers of the cases, such as 3,7-9."
 )
-@click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: queue the job again after a signal.")
+@flag("--requeue", "requeued", help="Under Slurm: queue the job again after a signal.")
 def work(folder: Path, indices: list[int], requeued: bool) -> int:
     """Run some cases of a sweep one after another.
 
@@ -127,7 +127,7 @@ def status(folder: Path) -> int:
     "NAME[@STAGE]",
     "A quantity to collect, at the end of a stage (by default the last). By default: what the sweep file names.",
 )
-@click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
+@flag("--fields", help="Link every result in the HDF5 file, as results/ID.")
 @overwrite_option("an existing FILE")
 def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
     """Collect settings and results of the sweep in DIR into one table.

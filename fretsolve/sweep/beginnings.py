@@ -2,7 +2,7 @@
 
 A beginning is solved once, by the first case that comes to its end. The other cases go on from its last state, and have
 the numbers of a run alone. The file of a beginning is a convenience: where it is missing or damaged, a case is solved
-from its start. Pressing unlike bodies takes many increments, so a sweep of their shear takes 1.2 to 1.4 times as long
+from its start. Pressing unlike bodies takes many increments, so a sweep of their shear takes 1.2 to 1.9 times as long
 without this module; like bodies are pressed in one increment, too short to be shared.
 """
 

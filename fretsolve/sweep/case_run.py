@@ -6,13 +6,15 @@ import itertools
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from pathlib import Path
 
 from fretsolve.case.loading import read_case
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
+from fretsolve.fatigue.names import fatigue_path
 from fretsolve.kernels import load
 from fretsolve.result import open_result
 from fretsolve.result.empty_histories import EmptyHistories
@@ -20,6 +22,7 @@ from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
+from fretsolve.stress.names import stress_path
 from fretsolve.sweep.beginnings import files_of
 from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport, is_finished
 from fretsolve.sweep.plan import BaseCase, PreparedCase
@@ -51,7 +54,7 @@ def solve(
         case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared, empty=empty
     ) as writer:
         if writer.complete:  # another process was faster, or was ended before it had written the files beside it
-            write_beside(case, threads)
+            write_side_outputs(case, threads)
             return RunReport(index, 0)
         try:
             if not solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)):
@@ -59,18 +62,16 @@ def solve(
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:
-            write_beside(case, threads)
+            write_side_outputs(case, threads)
         seconds, notes = time.perf_counter() - began, tuple(writer.notes)
         return RunReport(index, code, reason, increments=len(writer.summaries), seconds=seconds, notes=notes)
 
 
-def write_beside(case: PreparedCase, threads: int = 1) -> None:
+def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
     """Write those files beside a result that the case asks for and that are missing. Raises CaseError, FileError."""
     if is_finished(case.out, case.beside):
         return
-    from fretsolve.fatigue.names import fatigue_path
     from fretsolve.fatigue.of_case import write_case_fatigue
-    from fretsolve.stress.names import stress_path
     from fretsolve.stress.of_case import write_case_stress
 
     output = case.setup.case.output

@@ -230,10 +230,10 @@ def test_an_interrupt_that_a_library_turns_into_an_error(tmp_path: Path) -> None
     assert finish("show", Path(__file__), env=own) == (-signal.SIGINT, "", "")
 
 
-@pytest.mark.parametrize("place", ["fretsolve.cli.options.tolerant_streams", "fretsolve.cli.options.sys.exit"])
+@pytest.mark.parametrize("place", ["fretsolve.cli.command_line.tolerant_streams", "fretsolve.cli.command_line.sys.exit"])
 def test_an_interrupt_before_and_after_the_command(place: str) -> None:
     code = (
-        "import os, signal, sys; import fretsolve.__main__, fretsolve.cli.options\n"
+        "import os, signal, sys; import fretsolve.__main__, fretsolve.cli.command_line\n"
         f"def interrupt(*_): os.kill(os.getpid(), signal.SIGINT)\n"
         f"{place} = interrupt\n"
         "sys.argv = ['fretsolve', '--version']; fretsolve.__main__.start()"
