@@ -19,7 +19,7 @@ from fretsolve.study.assessment import (
     write_study_csv,
     write_study_hdf5,
 )
-from fretsolve.study.plan import NOUNS, StudyPlan, StudyRequest, make_study_plan, words
+from fretsolve.study.plan import NOUNS, StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import advice, failures, notes, tables
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.manifest import MANIFEST_NAME, states
@@ -138,9 +138,8 @@ def _require_comparison(source: Path, study: Assessment) -> None:
     failed = [row for row in study.rows if row.outcome.failure]
     for row in failed:
         if row.is_reference:
-            settings = words(row.case.settings, line=row.case.setup.model.line)
             raise NoSolutionError(
-                f"the reference ({settings}) has no solution, so no {study.difference}s are known:"
+                f"the reference ({row.words}) has no solution, so no {study.difference}s are known:"
                 f" {row.outcome.failure}"
             )
     if len(failed) == len(study.rows):

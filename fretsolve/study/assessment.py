@@ -14,7 +14,7 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.errors import FileError
-from fretsolve.study.plan import StudyPlan
+from fretsolve.study.plan import StudyPlan, words
 from fretsolve.sweep.manifest import OF_A_CASE, require_own_names
 from fretsolve.sweep.outcome import CaseOutcome
 from fretsolve.sweep.plan import PreparedCase
@@ -43,6 +43,11 @@ class AssessedRun:
     errors: DoubleArray
     is_reference: bool
     best: bool = False
+
+    @property
+    def words(self) -> str:
+        """The settings, for a sentence."""
+        return words(self.case.settings, line=self.case.setup.model.line)
 
     @property
     def worst(self) -> float:
