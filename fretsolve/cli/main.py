@@ -124,8 +124,8 @@ def check(**options: Any) -> int:
     """Solve each CASE, or each case in a folder, in memory and compare with the values it expects.
 
     All cases are run, those of a folder in the order of their names; its other YAML files, such as sweeps, and its
-    folders are named at the end. The exit code is that of the worst outcome: a file cannot be read or written (4), a case is
-    wrong (2), there is no solution (3), a value is outside its tolerance (1).
+    folders are named at the end. The exit code is that of the worst outcome: a file cannot be read or written (4), a
+    case is wrong (2), there is no solution (3), a value is outside its tolerance (1).
     """
     with quick_imports():
         from fretsolve.commands.check import check_cases
