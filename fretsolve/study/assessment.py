@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-import os
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from fretsolve.case.history import PAIRS
-from fretsolve.errors import FileError
 from fretsolve.study.plan import StudyPlan, words
 from fretsolve.sweep.manifest import OF_A_CASE, require_own_names
 from fretsolve.sweep.outcome import CaseOutcome
 from fretsolve.sweep.plan import PreparedCase
 from fretsolve.sweep.quantity import NAMES, StageQuantity, place_of
-from fretsolve.sweep.table import Column, column, write_table_csv, write_table_hdf5
+from fretsolve.sweep.table import Column, column, require_own_hdf5, write_table_csv, write_table_hdf5
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import PICTURE_MARK, open_hdf5, require_own
+from fretsolve.system.foreign_files import PICTURE_MARK, require_own
 
 SIGNED = {*(name for pair in PAIRS[1:] for name in pair), *(name for name in NAMES if "_center_" in name)}
 """Quantities that go through 0: components of the load other than the normal one, and middles of the zones."""
@@ -160,15 +157,8 @@ def require_own_folder(folder: Path) -> None:
 
     Once there is a study's table, others may lie beside it.
     """
-    table = folder / HDF5_NAME
-    if os.path.lexists(table):
-        own = False
-        with suppress(OSError, FileError), open_hdf5(table) as file:
-            own = all(name in file for name in ("result", "failure", "reference", "best"))
-        if not own:
-            message = "is not the table of a study, so it is not replaced: move it away, or give another folder with -o"
-            raise FileError(message, table)
-    else:
+    require_own_hdf5(folder / HDF5_NAME, ("result", "failure", "reference", "best"), "the table of a study", "folder")
+    if not (folder / HDF5_NAME).exists():
         require_own_names(folder, _OWN_NAME, "no study")
     require_own(folder / CSV_NAME, _FIRST_COLUMNS, "the table of a study")
     require_own(folder / PICTURE_NAME, PICTURE_MARK.encode(), "a picture")

@@ -31,9 +31,10 @@ from fretsolve.system.foreign_files import open_hdf5, require_regular
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that a spreadsheet takes for a formula."""
 
-
 _FIRST_COLUMNS = b"index,id,status,"
 """Beginning of a sweep's table as CSV."""
+
+NOT_OWN = "is not {}, so it is not replaced: move it away, or give another {} with -o"
 
 
 def _is_quantity(text: str) -> bool:
@@ -214,20 +215,27 @@ def writer_of(path: Path, *, fields: bool, exclusive: bool) -> Callable[[Table],
 def require_tables(paths: Iterable[Path]) -> None:
     """Raise FileError if one of `paths`, tables of a sweep, exists and is none."""
     for path in paths:
-        if os.path.lexists(path) and not _is_table(path):
-            message = "is not the table of a sweep, so it is not replaced: move it away, or give another name with -o"
-            raise FileError(message, path)
+        if path.suffix != ".csv":
+            require_own_hdf5(path, ("case/index", "case/id", "case/status"), "the table of a sweep", "name")
+        elif os.path.lexists(path):
+            own = False
+            with suppress(OSError, FileError):
+                require_regular(path)
+                with path.open("rb") as file:
+                    own = file.read(len(_FIRST_COLUMNS)) == _FIRST_COLUMNS
+            if not own:
+                raise FileError(NOT_OWN.format("the table of a sweep", "name"), path)
 
 
-def _is_table(path: Path) -> bool:
+def require_own_hdf5(path: Path, names: Iterable[str], what: str, other: str) -> None:
+    """Raise FileError if a file is there without the members `names` that `what` has; other: what to give instead."""
+    own = not os.path.lexists(path)
     with suppress(OSError, FileError):
-        if path.suffix == ".csv":
-            require_regular(path)
-            with path.open("rb") as file:
-                return file.read(len(_FIRST_COLUMNS)) == _FIRST_COLUMNS
-        with open_hdf5(path) as file:
-            return all(name in file for name in ("case/index", "case/id", "case/status"))
-    return False
+        if not own:
+            with open_hdf5(path) as file:
+                own = all(name in file for name in names)
+    if not own:
+        raise FileError(NOT_OWN.format(what, other), path)
 
 
 def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool, exclusive: bool) -> None:

@@ -109,6 +109,7 @@ def wait_until_empty(slurm: dict[str, str], folder: Path) -> None:
     wait_for(lambda: not call(slurm, *line).strip(), lambda: sorted((folder / "results").glob("**/*.h5")))
 
 
+@pytest.mark.slow
 def test_tasks_cancelled_killed_and_signalled(slurm: dict[str, str], tmp_path: Path, small_disk: Path) -> None:
     case = SWEPT.replace("increments: 2", f"increments: {INCREMENTS}")
     path = write_sweep(tmp_path, SWEEP + TASKS, case)

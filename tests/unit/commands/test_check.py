@@ -139,7 +139,9 @@ def test_cases_of_a_folder_are_checked_in_order_and_other_files_named(various: d
     assert [line for line in result.stdout.splitlines() if line.startswith(str(tmp_path))] == [*map(str, checked)]
     left_out = f"a folder or a name in capitals: {folder / 'capitals.YAML'}, {folder / 'inner'}"
     skipped = f"{folder / 'material.yaml'}, {folder / 'sweep.yaml'}"
-    assert result.stdout.endswith(f"\n2 of 5 cases as expected; skipped, as they are no cases: {skipped}; left out, {left_out}\n")
+    assert result.stdout.endswith(
+        f"\n2 of 5 cases as expected; skipped, as they are no cases: {skipped}; left out, {left_out}\n"
+    )
     assert f"{folder / 'c.yaml'}:8: load_paths: " in result.stdout
 
 

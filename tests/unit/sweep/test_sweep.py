@@ -22,7 +22,7 @@ from fretsolve.result import open_result
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep import slurm, worker_pool
-from fretsolve.sweep.manifest import RunReport, read_manifest, states, write_manifest
+from fretsolve.sweep.manifest import read_manifest, write_manifest
 from fretsolve.sweep.outcome import read_outcome
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import read_quantity
@@ -244,19 +244,6 @@ def test_a_sweep_and_a_study_do_not_share_a_folder(tmp_path: Path) -> None:
     before = sorted(study.iterdir())
     assert refused(2, "sweep", "run", path, "-o", study) == f"{study}: holds a study; give another folder with -o\n"
     assert sorted(study.iterdir()) == before
-
-
-def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
-    manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
-    write_manifest(manifest)
-    reports = [
-        RunReport(0, 3, "slides", increments=1),
-        RunReport(1, 0, increments=3),
-        RunReport(2, 0),
-        RunReport(3, 4, "no room"),
-    ]
-    found = [(one.status, one.exit_code, one.reason) for one in states(manifest, reports)]
-    assert found[:4] == [("no solution", 3, "slides"), ("complete", 0, ""), *[("waiting", None, "")] * 2]
 
 
 def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep import worker_pool
 from fretsolve.sweep.case_run import CaseRunner, leave_note
+from fretsolve.sweep.dask import TASKS_PER_THREAD, in_tasks
 from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport
 from fretsolve.sweep.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
 
@@ -35,6 +36,11 @@ class Stop:
         assert time.monotonic() < self._end
         self._found = self._found or self._condition()
         return self._found
+
+
+@pytest.fixture
+def manifest(tmp_path: Path) -> Manifest:
+    return manifest_of(tmp_path)
 
 
 @pytest.fixture
@@ -180,3 +186,17 @@ def test_cases_without_news_are_given_out_again_but_none_that_has_failed(manifes
     reports = list(in_rounds(manifest, manifest.rows[:4], Stop(), print, run))
     assert [report.index for report in reports] == [1, 2] * ROUNDS
     assert rounds == [[0, 1, 2, 3], [0, 3], [0, 3]]
+
+
+def test_tasks_are_some_per_thread_more_of_long_cases_and_have_each_case_once(manifest: Manifest) -> None:
+    def tasks(count: int, seconds: float) -> list[Manifest]:
+        rows = [replace(manifest.rows[0], index=index, seconds=seconds) for index in range(count)]
+        found = in_tasks(manifest, rows, threads=2)
+        assert sorted(row.index for task in found for row in task.rows) == list(range(count))
+        return found
+
+    assert len(tasks(4, 0.1)) == 4
+    assert len(tasks(100, 0.01)) == 2 * TASKS_PER_THREAD
+    assert len(tasks(1000, 0.1)) == 100
+    assert len(tasks(1000, 600.0)) == 1000
+    assert [row.index for row in tasks(40, 0.01)[0].rows] == [0, 20]
