@@ -14,14 +14,14 @@ from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.state import CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.sweep.manifest import Manifest
-from fretsolve.sweep.plan import FILES_BESIDE, BaseCase, PreparedCase
+from fretsolve.sweep.plan import SIDE_OUTPUTS, BaseCase, PreparedCase
 from fretsolve.sweep.quantity import (
     CORRECTED_NAMES,
     WEAR_NAMES,
     StageQuantity,
     expected_values,
     in_order,
-    key_beside,
+    needed_key,
     read_quantities,
     usual_quantities,
 )
@@ -179,7 +179,7 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
             " settings of the solver, or leave --truth out"
         )
         raise CaseError(message, (), f"--vary {changing[0][0]}")
-    needed = {key_beside(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
+    needed = {needed_key(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
     base = _base(request, needed)
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
     for key in sorted(needed):
@@ -217,7 +217,7 @@ def _base(request: StudyRequest, needed: Collection[str]) -> BaseCase:
     runs with error bars have corrected values.
     """
     text, overrides = read_case(request.case), request.overrides
-    for name in FILES_BESIDE:
+    for name in SIDE_OUTPUTS:
         if f"output.{name}" not in needed:
             text, overrides = _without(name, text, overrides)
     fields = "output.fields=[pressure, shear]" if needed else "output.fields=[]"

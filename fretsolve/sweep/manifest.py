@@ -44,6 +44,9 @@ LARGEST_NOTE = 2**20
 CaseId = Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
 """The digest of a case, which names its files."""
 
+SideOutput = Literal["stress", "fatigue"]
+"""What a case may ask for beside its result NAME.h5, in the file NAME.stress.h5 or NAME.fatigue.h5."""
+
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
 """complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""
 
@@ -52,8 +55,7 @@ Status = Literal["complete", "no solution", "running", "stopped", "error", "wait
 class ManifestRow:
     """One case. index: its place in the sweep, from 0; id: names its result, equal for equal cases.
 
-    seconds: estimated time; shared: beginnings that other cases have as well; beside: names of the files that it has
-    beside a complete result.
+    seconds: estimated time; shared: beginnings that other cases have as well; beside: its side outputs.
     """
 
     index: int
@@ -61,7 +63,7 @@ class ManifestRow:
     settings: Mapping[str, str]
     seconds: float
     shared: tuple[Beginning, ...] = ()
-    beside: tuple[Literal["stress", "fatigue"], ...] = ()
+    beside: tuple[SideOutput, ...] = ()
 
     @property
     def words(self) -> str:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import get_args
 
 from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case, validated
@@ -19,12 +19,11 @@ from fretsolve.setup.kernel_choice import compiling_pays
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.sweep.beginnings import beginnings_of, shared
-from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, digest
-from fretsolve.sweep.quantity import CORRECTED_NAMES, ERROR_OF_WEAR, key_beside, read_quantity, usual_quantities
+from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, SideOutput, digest
+from fretsolve.sweep.quantity import CORRECTED_NAMES, ERROR_OF_WEAR, needed_key, read_quantity, usual_quantities
 from fretsolve.sweep.sweep_file import Point, SweepSpec, Value, all_of, common_values, overrides_of, points_of
 
-FILES_BESIDE: tuple[Literal["stress", "fatigue"], ...] = ("stress", "fatigue")
-"""What a case may ask for beside its result, the file of which is called NAME.stress.h5 or NAME.fatigue.h5."""
+SIDE_OUTPUTS: tuple[SideOutput, ...] = get_args(SideOutput)
 
 
 @dataclass(frozen=True)
@@ -41,10 +40,10 @@ class PreparedCase:
     expected: Estimate
 
     @property
-    def beside(self) -> tuple[Literal["stress", "fatigue"], ...]:
-        """The files beside the result that the case asks for, as `Manifest.is_finished` takes them."""
+    def beside(self) -> tuple[SideOutput, ...]:
+        """The side outputs that the case asks for."""
         output = self.setup.case.output
-        return tuple(name for name in FILES_BESIDE if getattr(output, name) is not None)
+        return tuple(name for name in SIDE_OUTPUTS if getattr(output, name) is not None)
 
     def row(self, index: int) -> ManifestRow:
         """Return the case as number `index` of a sweep or study."""
@@ -168,7 +167,7 @@ class _Survey:
     stages: int = sys.maxsize
     memory: float = 0.0
     have_bars: bool = True
-    beside: set[str] = field(default_factory=lambda: {*FILES_BESIDE, "wear"})
+    beside: set[str] = field(default_factory=lambda: {*SIDE_OUTPUTS, "wear"})
 
     def add(self, prepared: PreparedCase) -> None:
         """Gather what the next case has."""
@@ -248,7 +247,7 @@ def _require_quantities(spec: SweepSpec, source: CaseSource, survey: _Survey) ->
             quantity = read_quantity(text, survey.stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
-        if (key := key_beside(quantity.name)) and key.removeprefix("output.") not in survey.beside:
+        if (key := needed_key(quantity.name)) and key.removeprefix("output.") not in survey.beside:
             problem = f"{quantity.name} is known from runs with {key} alone; {key} in the case is needed"
             raise source.problem(problem, ("quantities", index))
         if quantity.name in CORRECTED_NAMES and not survey.have_bars:

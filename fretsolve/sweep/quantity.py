@@ -107,7 +107,7 @@ def _right_name(name: str) -> str:
     return nearest(name, (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES)))
 
 
-def key_beside(name: str) -> str:
+def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
     keys = ((PEAK_NAMES, "output.stress"), (WORST_NAMES, "output.fatigue"), (WEAR_NAMES, "wear"))
     return next((key for names, key in keys if name in names), "")
