@@ -19,10 +19,10 @@ from fretsolve.cli.options import (
     repeatable_option,
 )
 from fretsolve.plots import Sheet
+from fretsolve.sweep import MOST_CASES
 from fretsolve.system.signals import StopRequest
 
 MOST_JOBS = 1024
-MOST_CASES = 1_000_000
 
 
 @click.group()

@@ -41,9 +41,6 @@ CONDITIONS: dict[str, dict[str, Any]] = {
 AMPLITUDES = {"delta": "displacement amplitude", "phi": "rotation amplitude", "": "load amplitude"}
 """Amplitudes of a cycle in words, by the beginning of the component's name."""
 
-SLIP_CONDITIONS = tuple(CONDITIONS)[:-1]
-"""Those with a region of their own in the map."""
-
 
 def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     """Draw a quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
@@ -134,7 +131,7 @@ def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) 
 
 def _draw_regions(axes: Axes, x: Column, y: Column, found: NDArray[np.str_]) -> None:
     """Colour the regions of the running conditions, with borders half-way between points, if these fill a grid."""
-    there = [name for name in SLIP_CONDITIONS if name in found]  # neighbours have one border between them
+    there = [name for name in CONDITIONS if name in found and name != "no solution"]  # neighbours have one border
     numbers = {name: float(number) for number, name in enumerate(there)}
     grid = _on_grid(x, y, np.array([numbers.get(name, np.nan) for name in found]))
     if grid is None:

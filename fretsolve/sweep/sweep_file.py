@@ -21,10 +21,9 @@ from fretsolve.case.problems import CaseErrors, together
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.sweep import MOST_CASES
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import require_regular
-
-MOST_CASES = 1_000_000
 
 Number = StrictInt | StrictFloat | str
 """A number, or text of a number with its unit."""
