@@ -118,38 +118,26 @@ def test_equal_cases_are_run_once(tmp_path: Path) -> None:
     assert len(list((tmp_path / "sweep.sweep" / "results").iterdir())) == 1
 
 
-def test_error_bars_and_common_settings(tmp_path: Path) -> None:
+def test_error_bars_corrected_values_and_common_settings(tmp_path: Path) -> None:
     sweep = """\
 case: case.yaml
-set: {load_path.*.increments: 1, grid.points: 16}
-error_bars: true
-axes: [friction: [0.1]]
-"""
-    outcome = invoke("sweep", "run", write_sweep(tmp_path, sweep), "-q")
-    assert (outcome.exit_code, outcome.output) == (0, "")
-    table = collect(read_manifest(tmp_path / "sweep.sweep"))
-    assert [outcome.increments for outcome in table.outcomes] == [2]
-    errors = {column.name: column.values[0] for column in table.errors}
-    assert errors["delta_x error"] > 0.0
-
-
-def test_corrected_values_are_collected_from_runs_with_error_bars(tmp_path: Path) -> None:
-    sweep = """\
-case: case.yaml
-set: {grid.points: 16}
+set: {load_path.*.increments: 2, grid.points: 16}
 error_bars: true
 quantities: [delta_x, delta_x_corrected]
 axes: [friction: [0.1]]
 """
     path = write_sweep(tmp_path, sweep)
-    assert invoke("sweep", "run", path, "-q").exit_code == 0
+    outcome = invoke("sweep", "run", path, "-q")
+    assert (outcome.exit_code, outcome.output) == (0, "")
     table = collect(read_manifest(tmp_path / "sweep.sweep"))
+    assert [outcome.increments for outcome in table.outcomes] == [4]
     (result,) = (tmp_path / "sweep.sweep").glob("results/*.h5")
     with open_result(result) as found:
         expected = [found.history[name][-1] for name in ("delta_x", "delta_x_corrected")]
         bars = [found.history[f"{name}_error"][-1] for name in ("delta_x", "delta_x_corrected")]
     assert [column.values[0] for column in table.found] == expected
     assert [column.values[0] for column in table.errors] == bars
+    assert min(bars) > 0.0
     path.write_text(sweep.replace("error_bars: true\n", ""))
     refusal = invoke("sweep", "run", path, "-o", tmp_path / "other")
     assert refusal.exit_code == 2
