@@ -12,14 +12,12 @@ from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.commands.messages.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.errors import FileError, NoSolutionError
-from fretsolve.fatigue.names import fatigue_path
 from fretsolve.kernels import load, when_compiling
 from fretsolve.result import HistoryWriter, Result, RunHeader, open_result
 from fretsolve.result.header import is_same_run
 from fretsolve.setup.cost_estimate import disk_problem, free_bytes, require_memory
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.stress.names import is_made_from, opened_computed, stress_path
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_ending, require_free, require_other, require_utf8, writing
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
@@ -136,6 +134,9 @@ def require_own_side_outputs(
     if output.stress is None and output.fatigue is None:
         return
     require_utf8(out.name, out)
+    from fretsolve.fatigue.names import fatigue_path
+    from fretsolve.stress.names import stress_path
+
     for spec, kind, path in (
         (output.stress, "stress", stress_path(out)),
         (output.fatigue, "fatigue", fatigue_path(out)),
@@ -151,6 +152,8 @@ def require_own_side_outputs(
 
 def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
     """Return whether a file was computed from a run that gives the same numbers. Raises FileError if it is damaged."""
+    from fretsolve.stress.names import opened_computed
+
     with opened_computed(path) as found:
         return found is not None and found.kind == kind and is_same_run(found.attributes, attributes)
 
@@ -167,7 +170,9 @@ def write_side_outputs(
         return
     from fretsolve.commands.fatigue import write_fatigue_with_messages
     from fretsolve.commands.stress import FileOrder, write_with_messages
+    from fretsolve.fatigue.names import fatigue_path
     from fretsolve.fatigue.of_case import case_request as fatigue_request
+    from fretsolve.stress.names import is_made_from, stress_path
     from fretsolve.stress.of_case import case_request as stress_request
     from fretsolve.stress.tractions import TractionHistory
 
