@@ -28,7 +28,7 @@ MORE_FILES = "a higher limit (ulimit -n) is needed"
 
 
 class _Command(click.Command):
-    """A command whose errors of usage all know it: click leaves it out of some, as that of a value for a flag."""
+    """A command that all its errors of usage name: click leaves it out of some, as of a value for a flag."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         try:
@@ -47,7 +47,7 @@ class CommandLine(click.Group):
         """Run the command line and exit; see `click.Command.main`."""
         with tolerant_streams(), warnings.catch_warnings(), Interrupts() as interrupts:
             if not os.environ.get("FRETSOLVE_DEBUG"):
-                warnings.showwarning = lambda *_, **__: None  # those of libraries, which say nothing to a user
+                warnings.showwarning = lambda *_, **__: None  # warnings of libraries say nothing to a user
             run = partial(super().main, *args, **options | {"standalone_mode": False})
             code = _exit_code(run, interrupts)
         sys.exit(code)
@@ -147,7 +147,7 @@ class TolerantStream:
 
     @property
     def unescaped(self) -> TolerantStream:
-        """The same for a library that moves the cursor, and escapes the texts that it is given."""
+        """A stream for a library that moves the cursor, and escapes the texts that it is given."""
         return TolerantStream(self._stream, self._name, None)
 
     def write(self, text: str) -> int:

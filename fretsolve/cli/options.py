@@ -95,7 +95,7 @@ def error_bars_option(help_text: str) -> Callable[[Command], Command]:
 
 
 def with_error_bars(overrides: tuple[str, ...], error_bars: bool) -> tuple[str, ...]:
-    """Return the overrides of --set and after them, so that it holds, that of --error-bars where it is given."""
+    """Return the overrides of --set, and --error-bars as the last override, so that it holds."""
     return (*overrides, "solver.error_bars=true") if error_bars else overrides
 
 

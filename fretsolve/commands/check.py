@@ -89,7 +89,7 @@ class CheckedCase:
 
 
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
-    """Check and print each case, those of a folder too, and return the worst exit code.
+    """Check and print each case, also each case of a folder, and return the worst exit code.
 
     Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist, and for a folder without
     cases or that cannot be read.

@@ -128,7 +128,7 @@ def require_own_side_outputs(
 ) -> None:
     """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own.
 
-    Raises FileError if those files cannot hold the name of the result.
+    Raises FileError if the side outputs cannot hold the name of the result.
     """
     output = setup.case.output
     if output.stress is None and output.fatigue is None:
@@ -163,7 +163,7 @@ def write_side_outputs(
 ) -> None:
     """Write and print the stresses and fatigue parameters that the case asks for.
 
-    overwrite: replace any file, otherwise only those of the same run; missing: unless they are there.
+    overwrite: replace any file, otherwise only files of this run; missing: write only absent files.
     """
     stress, fatigue = case.output.stress, case.output.fatigue
     if stress is None and fatigue is None:

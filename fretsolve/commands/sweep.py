@@ -84,7 +84,7 @@ def _run(
 
 
 def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
-    """Run those of the cases `indices` that have no result, one after another; for job scripts of any scheduler.
+    """Run the cases `indices` that have no result, one after another; for job scripts of any scheduler.
 
     requeued: have Slurm run this task again if a signal stops it, unless it has saved nothing.
     """

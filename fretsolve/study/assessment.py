@@ -93,7 +93,7 @@ class Assessment:
     def worst_of(self, row: AssessedRun, name: str) -> tuple[float, int]:
         """Return the largest error of a quantity over the ends of its stages, and the stage."""
         found = [(row.errors[place], one.stage) for place, one in enumerate(self.quantities) if one.name == name]
-        place = int(np.argmax([error for error, _ in found]))  # that of NaN, if there is one
+        place = int(np.argmax([error for error, _ in found]))  # NaN wins, if there is one
         return float(found[place][0]), found[place][1]
 
     def stages_of(self, name: str) -> list[int]:
@@ -153,7 +153,7 @@ _FIRST_COLUMNS = b"result,status,role,"
 
 
 def require_own_folder(folder: Path) -> None:
-    """Raise FileError if there are files in `folder` that a study may not replace: those that it has not written.
+    """Raise FileError if there are files in `folder` that no study has written, so that a study may not replace them.
 
     Once there is a study's table, others may lie beside it.
     """
@@ -191,7 +191,7 @@ def write_study_csv(path: Path, study: Assessment) -> None:
 
 
 def write_study_hdf5(path: Path, study: Assessment, advice: Sequence[str]) -> None:
-    """Write the same as HDF5, errors as numbers instead of per cent. Raises FileError."""
+    """Write the rows of the CSV file as HDF5, errors as numbers instead of per cent. Raises FileError."""
     rows, difference = study.rows, study.difference
     attributes = {
         "case_yaml": study.plan.cases[0].setup.case.source.text,

@@ -130,7 +130,7 @@ class StudyRequest:
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """A study: a sweep in `manifest`, its `cases` in the same order, and what they are compared with.
+    """A study: a sweep in `manifest`, its `cases` in the order of its rows, and what they are compared with.
 
     variations: the varied keys with their values. First comes the finest run of the first problem, then the others by
     their estimated cost. known: the reference if it is known before any run, None for the finest run. unknown:
@@ -279,10 +279,10 @@ def compared_quantities(
     kind: ReferenceKind,
     known: Mapping[StageQuantity, float] | None,
 ) -> tuple[tuple[StageQuantity, ...], tuple[StageQuantity, ...]]:
-    """Return the quantities that are compared, and those for which the reference has no value.
+    """Return the quantities that are compared, and the quantities for which the reference has no value.
 
-    They are those of ``--quantity``, by default the usual ones; without a stage, those at the ends of all stages, of a
-    repeated cycle of the last repetition. Raises CaseError.
+    ``--quantity`` names them, by default they are the usual ones; a name without a stage means the ends of all stages, of
+    a repeated cycle the last repetition. Raises CaseError.
     """
     judged = sorted(last_repetitions(stages).values())
     found: list[StageQuantity] = []

@@ -65,7 +65,7 @@ def beginnings_of(setup: ProblemSetup, header: RunHeader, seconds: float) -> tup
 
 
 def shared(beginnings: Mapping[str, Sequence[Beginning]]) -> dict[str, tuple[Beginning, ...]]:
-    """Return of the beginnings of each case (by its id) those that others go on from in another way."""
+    """Return the beginnings of each case (by its id) from which other cases go on in another way."""
     counts = Counter(one.key for own in beginnings.values() for one in own)
     found = {}
     for name, own in beginnings.items():

@@ -51,7 +51,7 @@ def solve(
     with HistoryWriter.open(
         case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
-        if writer.complete:  # another process was faster, or was ended before it had written the files beside it
+        if writer.complete:  # another process was faster, or was ended before it had written the side outputs
             write_side_outputs(case, threads)
             return RunReport(index, 0)
         try:
@@ -66,7 +66,7 @@ def solve(
 
 
 def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
-    """Write those files beside a result that the case asks for and that are missing. Raises CaseError, FileError."""
+    """Write the side outputs that the case asks for and that are missing. Raises CaseError, FileError."""
     if is_finished(case.out, case.beside):
         return
     from fretsolve.fatigue.of_case import write_case_fatigue

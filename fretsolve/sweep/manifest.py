@@ -116,7 +116,7 @@ class Manifest:
         return self.results / f"{row.id}.note"
 
     def is_finished(self, row: ManifestRow) -> bool:
-        """Return whether nothing of a case is left to run: its result is there, with the files beside it."""
+        """Return whether nothing of a case is left to run: its result is there, with its side outputs."""
         return is_finished(self.result(row), row.beside)
 
     def has_ended(self, row: ManifestRow) -> bool:
@@ -141,7 +141,7 @@ class Manifest:
 
 
 def is_finished(out: Path, beside: Sequence[str]) -> bool:
-    """Return whether a result is there, with the files beside it unless there is no solution."""
+    """Return whether a result is there, with its side outputs unless there is no solution."""
     if not out.exists():
         return False
     if all(out.with_suffix(f".{name}.h5").exists() for name in beside):
@@ -282,7 +282,7 @@ def require_own(folder: Path, sweep: Path) -> None:
 
 
 def require_no_link(folder: Path) -> None:
-    """Raise FileError if one of the folders in that of a sweep, into which its cases write, is a link."""
+    """Raise FileError if a folder into which the cases of a sweep write is a link."""
     for name in (RESULTS_NAME, BEGINNINGS_NAME):
         if (folder / name).is_symlink():
             message = "is a link, which a sweep does not follow; give another folder with -o, or remove it"

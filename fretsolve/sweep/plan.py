@@ -28,7 +28,7 @@ SIDE_OUTPUTS: tuple[SideOutput, ...] = get_args(SideOutput)
 
 @dataclass(frozen=True)
 class PreparedCase:
-    """A case that can run. settings: the varied keys and their values; id: names its result `out`, the same for equal
+    """A case that can run. settings: the varied keys and their values; id: names its result `out`, equal for equal
     cases; expected: its estimated cost.
     """
 
@@ -115,7 +115,7 @@ class BaseCase:
             raise all_of(problems.values())
 
     def _require_different_keys(self, values: Sequence[tuple[str, Value]]) -> None:
-        """Raise CaseError if two values are of the same key; that of one stage may follow that of every stage."""
+        """Raise CaseError if a key has two values; the value of one stage may follow the value of every stage."""
         origin, seen = dict(values), dict[KeyPath, str]()
         overridden = self.text.overridden([text for text, _ in values])
         for override in overridden.source.overrides[len(self.text.source.overrides) :]:
@@ -142,7 +142,7 @@ def placed(error: CaseError, values: Mapping[str, Value], text: CaseText) -> Ite
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """A checked sweep. warnings: those of all its cases, each once."""
+    """A checked sweep. warnings: of all its cases, each once."""
 
     manifest: Manifest
     spec: SweepSpec

@@ -89,14 +89,14 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
 
 
 def _require_places(table: Table, x: Column, y: Column) -> None:
-    """Raise PictureError if two cases have the same place."""
+    """Raise PictureError if two cases lie at one place."""
     others = [one.name for one in table.settings if one is not x and one is not y and not _follows(one, x, y)]
     if others and len(set(zip(x.values.tolist(), y.values.tolist(), strict=True))) < len(table.states):
         raise PictureError(f"{', '.join(others)} varies as well, so a point has several values")
 
 
 def independent_keys(table: Table) -> list[str]:
-    """Return the varied keys without those that are tied to one before them."""
+    """Return the varied keys, without keys that are tied to a key before them."""
     found: list[Column] = []
     for column in table.settings:
         if not any(_follows(column, other) for other in found):
@@ -252,7 +252,7 @@ def _column(table: Table, name: str, *, axis: bool = False) -> Column:
 
 
 def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
-    """Return the rows by the values of all varied keys except one and those tied to it."""
+    """Return the rows by the values of all varied keys, except one key and the keys tied to it."""
     others = [column for column in table.settings if column is not along and not _follows(column, along)]
 
     def text(column: Column, row: int) -> str:

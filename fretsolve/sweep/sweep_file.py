@@ -184,7 +184,7 @@ def common_values(spec: SweepSpec, source: CaseSource) -> Point:
 
 
 def points_of(spec: SweepSpec, source: CaseSource) -> list[Point]:
-    """Return all points; those of the last axis are neighbours. Raises CaseError, FileError."""
+    """Return all points; the points of the last axis are neighbours. Raises CaseError, FileError."""
     axes: list[list[Point]] = []
     problems: list[CaseError] = []
     for index, axis in enumerate(spec.axes):
@@ -201,12 +201,12 @@ def points_of(spec: SweepSpec, source: CaseSource) -> list[Point]:
 
 
 def crossed(axes: Iterable[Sequence[Point]]) -> list[Point]:
-    """Return all combinations of a point of each axis; those of the last axis are neighbours."""
+    """Return all combinations of a point of each axis; the points of the last axis are neighbours."""
     return [tuple(itertools.chain.from_iterable(parts)) for parts in itertools.product(*axes)]
 
 
 def text_of(value: object) -> str:
-    """Return a value of the sweep file as `--set` takes it: text stays as it is if YAML reads it as the same text."""
+    """Return a value of the sweep file as `--set` takes it: text stays as it is if YAML reads it so."""
     if isinstance(value, str):
         with suppress(CaseError):
             if parse(value).value == value:

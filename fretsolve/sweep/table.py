@@ -123,7 +123,7 @@ def write_table_hdf5(
 
 
 def write_table_parquet(path: Path, columns: Iterable[Column], *, exclusive: bool = False) -> None:
-    """Write the same as the CSV file, with types. Raises CaseError without pyarrow, FileError."""
+    """Write the columns of the CSV file, with types. Raises CaseError without pyarrow, FileError."""
     try:
         import pyarrow
         import pyarrow.parquet
@@ -185,7 +185,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
 
 
 def setting_column(key: str, rows: Sequence[ManifestRow]) -> Column:
-    """Return the values of a key: numbers if all are numbers in the same unit, else texts, empty for none."""
+    """Return the values of a key: numbers if all are numbers in one unit, else texts, empty for none."""
     texts = [row.settings.get(key, "") for row in rows]
     with suppress(QuantityError):
         numbers, units = zip(*map(split_quantity, texts), strict=True)

@@ -93,7 +93,7 @@ class WorkerPool:
         self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard, begun), context=context)
 
     def run(self, rows: Iterable[ManifestRow], stop: Stop) -> Iterator[RunReport]:
-        """Yield a report as each of the cases `rows` ends; those that `stop` keeps from starting have none.
+        """Yield a report as each of the cases `rows` ends; a case that `stop` keeps from starting has none.
 
         rows: may be lazy, the next case is taken when a process is free. After a stop the pool runs no more cases.
         """
