@@ -281,8 +281,8 @@ def compared_quantities(
 ) -> tuple[tuple[StageQuantity, ...], tuple[StageQuantity, ...]]:
     """Return the quantities that are compared, and the quantities for which the reference has no value.
 
-    ``--quantity`` names them, by default they are the usual ones; a name without a stage means the ends of all stages, of
-    a repeated cycle the last repetition. Raises CaseError.
+    ``--quantity`` names them, by default they are the usual ones. A name without a stage means the ends of all stages,
+    of a repeated cycle the last repetition. Raises CaseError.
     """
     judged = sorted(last_repetitions(stages).values())
     found: list[StageQuantity] = []
