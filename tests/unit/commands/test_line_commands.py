@@ -222,7 +222,7 @@ def test_study_against_closed_forms(tmp_path: Path) -> None:
 def test_sweep_collects_in_units_per_length(tmp_path: Path) -> None:
     write_case(tmp_path, LINE)
     sweep = "case: case.yaml\naxes: [{friction: [0.25, 0.3]}]\nquantities: [work_total, stick_radius]\n"
-    done = invoke("sweep", "run", write_case(tmp_path, sweep, "sweep.yaml"))
+    done = invoke("sweep", "run", write_case(tmp_path, sweep, "sweep.yaml"), "-j", 1)
     assert done.exit_code == 0, done.stderr
     table = tmp_path / "table.csv"
     assert invoke("sweep", "collect", tmp_path / "sweep.sweep", "-o", table).exit_code == 0

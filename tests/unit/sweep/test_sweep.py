@@ -127,7 +127,7 @@ quantities: [delta_x, delta_x_corrected]
 axes: [friction: [0.1]]
 """
     path = write_sweep(tmp_path, sweep)
-    outcome = invoke("sweep", "run", path, "-q")
+    outcome = invoke("sweep", "run", path, "-q", "-j", 1)
     assert (outcome.exit_code, outcome.output) == (0, "")
     table = collect(read_manifest(tmp_path / "sweep.sweep"))
     assert [outcome.increments for outcome in table.outcomes] == [4]
@@ -218,7 +218,7 @@ def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
     assert refused(2, "sweep", "run", second, "-o", folder) == told
     assert (folder / "manifest.json").read_text() == before
     first.write_text(second.read_text())  # edited, it is the same
-    assert invoke("sweep", "run", first, "-q").exit_code == 0
+    assert invoke("sweep", "run", first, "-q", "-j", 1).exit_code == 0
     first.rename(second)  # as it is under another name
     assert invoke("sweep", "run", second, "-q", "-o", folder).exit_code == 0
 
@@ -318,7 +318,7 @@ def test_quiet_sweep_tells_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     lock = RunLock.acquire(parts_folder(result))
     sleep = worker_pool.time.sleep
     monkeypatch.setattr(worker_pool, "time", SimpleNamespace(sleep=lambda seconds: (lock.release(), sleep(seconds))))
-    outcome = invoke("sweep", "run", path, "-q")
+    outcome = invoke("sweep", "run", path, "-q", "-j", 1)
     assert (outcome.exit_code, outcome.stdout) == (0, "")
     assert outcome.stderr == "cases that other processes are running: 1; waiting for them\n"
     result.unlink()
