@@ -81,12 +81,6 @@ def test_effective_case_is_a_case(tmp_path: Path) -> None:
     assert "&" not in written
 
 
-def test_automatic_increments_are_printed(tmp_path: Path) -> None:
-    output, _ = validated(tmp_path, "load_path=[{P: 400 N}, {cycle: {times: 60, stages: [{Qx: 9}, {Qx: -9}]}}]")
-    assert "stage 1: P -> 400 N in 1 increment (auto)" in output
-    assert "and 81 more stages, up to stage 121" in output
-
-
 def test_no_hertz_where_it_does_not_apply(tmp_path: Path) -> None:
     for path in ("[{P: 400 N, My: 20 N mm}]", "[{P: 0 N}]"):
         output, _ = validated(tmp_path, f"load_path={path}", "expect=[]", "grid.size=1 mm")
