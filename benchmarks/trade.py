@@ -42,7 +42,7 @@ from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
 from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import key_names, two_digits
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import ENERGIES, StageQuantity
 from fretsolve.system.signals import StopRequest
 
@@ -167,7 +167,7 @@ def recorded(mode: str, study: str, asked: Asked) -> Assessment:
     for case in plan.cases:
         row = found[tuple(case.settings.values())]
         errors = np.array([0.01 * float(row[str(one)] or "nan") for one in kept])
-        outcome = Outcome(nothing, nothing, 0, float(row["seconds"]))
+        outcome = CaseOutcome(nothing, nothing, 0, float(row["seconds"]))
         rows.append(AssessedRun(case, outcome, nothing, errors, case is plan.cases[0], row["best"] == "yes"))
     return Assessment(plan, kept, (), nothing, nothing, tuple(rows))
 

@@ -25,9 +25,8 @@ from pebble import ProcessExpired, ProcessPool
 
 from fretsolve.errors import EXIT_BUG, FretsolveError
 from fretsolve.simulation.run_to_file import Stop
-from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.status import has_ended, is_taken
+from fretsolve.sweep.case_run import CaseRunner, leave_note
+from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport
 from fretsolve.system.signals import EXIT_STOPPED, SIGNALS
 
 POOL_GLANCE = 0.1
@@ -39,10 +38,10 @@ ROUNDS = 3
 Warn = Callable[[str], None]
 """Takes a line for people."""
 
-Run = Callable[[list[ManifestRow]], Iterator[Report]]
+Run = Callable[[list[ManifestRow]], Iterator[RunReport]]
 
 
-def in_rounds(manifest: Manifest, todo: Sequence[ManifestRow], stop: Stop, warn: Warn, run: Run) -> Iterator[Report]:
+def in_rounds(manifest: Manifest, todo: Sequence[ManifestRow], stop: Stop, warn: Warn, run: Run) -> Iterator[RunReport]:
     """Yield the reports of `run` on the cases `todo`, which gets cases again as long as nothing was heard of them.
 
     At the end it waits for cases that other processes are running, says so by `warn`, and runs what they leave.
@@ -64,8 +63,8 @@ def free_cases(manifest: Manifest, rows: Sequence[ManifestRow], stop: Stop, warn
     """Return the cases that have not ended and that nobody is running; wait if others are running all that is left."""
     warned = False
     while True:
-        left = [row for row in rows if not has_ended(manifest, row)]
-        free = [row for row in left if not is_taken(manifest, row)]
+        left = [row for row in rows if not manifest.has_ended(row)]
+        free = [row for row in left if not manifest.is_taken(row)]
         if free or not left or stop.requested:
             return free
         if not warned:
@@ -74,7 +73,7 @@ def free_cases(manifest: Manifest, rows: Sequence[ManifestRow], stop: Stop, warn
         time.sleep(POOL_GLANCE)
 
 
-def run_cases(manifest: Manifest, rows: Iterable[ManifestRow], jobs: int, stop: Stop) -> Iterator[Report]:
+def run_cases(manifest: Manifest, rows: Iterable[ManifestRow], jobs: int, stop: Stop) -> Iterator[RunReport]:
     """Run the cases `rows` with `jobs` at a time, see `WorkerPool.run`, and end the processes."""
     with closing(WorkerPool(manifest, jobs)) as pool:
         yield from pool.run(rows, stop)
@@ -93,12 +92,12 @@ class WorkerPool:
         self._begun, begun = context.Pipe(duplex=False)
         self._pool = ProcessPool(jobs, initializer=_begin, initargs=(self._manifest, heard, begun), context=context)
 
-    def run(self, rows: Iterable[ManifestRow], stop: Stop) -> Iterator[Report]:
-        """Yield a report as each of the cases `rows` ends; those that `stop` keeps from starting have none.
+    def run(self, rows: Iterable[ManifestRow], stop: Stop) -> Iterator[RunReport]:
+        """Yield a report as each of the cases `rows` ends; a case that `stop` keeps from starting has none.
 
         rows: may be lazy, the next case is taken when a process is free. After a stop the pool runs no more cases.
         """
-        waiting, running, reports = iter(rows), dict[Future[Report], ManifestRow](), list[Report]()
+        waiting, running, reports = iter(rows), dict[Future[RunReport], ManifestRow](), list[RunReport]()
         try:
             while True:
                 # Give out the next cases before anybody spends time on reports.
@@ -118,7 +117,7 @@ class WorkerPool:
                 self._stop.close()
                 wait(running)
 
-    def _report(self, future: Future[Report], row: ManifestRow) -> Report:
+    def _report(self, future: Future[RunReport], row: ManifestRow) -> RunReport:
         try:
             return future.result()
         except BrokenProcessPool as error:
@@ -141,16 +140,16 @@ class WorkerPool:
         self._pool.join()
 
 
-def _report_of_end(row: ManifestRow, code: int) -> Report:
+def _report_of_end(row: ManifestRow, code: int) -> RunReport:
     """Return the report on a case whose process ended; code: its exit code, or minus the number of a signal."""
     if code == EXIT_STOPPED:
-        return Report(row.index, code)
+        return RunReport(row.index, code)
     if code >= 0:
-        return Report(row.index, EXIT_BUG, f"the process ended with exit code {code}")
+        return RunReport(row.index, EXIT_BUG, f"the process ended with exit code {code}")
     name = signal.Signals(-code).name
     hint = "; perhaps there was not enough memory" if name == "SIGKILL" else ""
     from_outside = name in ("SIGKILL", "SIGTERM", "SIGINT", "SIGHUP", "SIGXCPU")
-    return Report(row.index, EXIT_STOPPED if from_outside else EXIT_BUG, f"the process was ended by {name}{hint}")
+    return RunReport(row.index, EXIT_STOPPED if from_outside else EXIT_BUG, f"the process was ended by {name}{hint}")
 
 
 @contextmanager
@@ -196,7 +195,7 @@ def _begin(manifest: Manifest, pipe: Connection, begun: Connection) -> None:
         begun.send_bytes(b"begun")
 
 
-def _solve(row: ManifestRow) -> Report:
+def _solve(row: ManifestRow) -> RunReport:
     """Solve a case in a worker process, which ends if a signal has stopped that."""
     process = _processes[0]
     report = process.runner.run(row, process)

@@ -17,11 +17,11 @@ from sweeping import manifest_of, workers
 
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
-from fretsolve.sweep.case_run import CaseRunner, Report, leave_note
-from fretsolve.sweep.engines import worker_pool
-from fretsolve.sweep.engines.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.status import has_ended, is_taken, missing
+from fretsolve.sweep import worker_pool
+from fretsolve.sweep.case_run import CaseRunner, leave_note
+from fretsolve.sweep.dask import TASKS_PER_THREAD, in_tasks
+from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport
+from fretsolve.sweep.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
 
 
 class Stop:
@@ -36,6 +36,11 @@ class Stop:
         assert time.monotonic() < self._end
         self._found = self._found or self._condition()
         return self._found
+
+
+@pytest.fixture
+def manifest(tmp_path: Path) -> Manifest:
+    return manifest_of(tmp_path)
 
 
 @pytest.fixture
@@ -59,7 +64,7 @@ def test_cases_are_given_out_as_they_are_asked_for(manifest: Manifest) -> None:
     assert next(reports).index == 1
     assert asked == [1, 2]
     assert [(report.index, report.code) for report in reports] == [(2, 0), (3, 0)]
-    assert missing(manifest) == [manifest.rows[index] for index in (0, 4, 5)]
+    assert manifest.missing() == [manifest.rows[index] for index in (0, 4, 5)]
 
 
 def test_a_killed_process_costs_its_case_and_no_other(long: Manifest) -> None:
@@ -77,13 +82,13 @@ def test_a_killed_process_costs_its_case_and_no_other(long: Manifest) -> None:
     assert len(killed) == 3
     for report in reports:
         assert (report.code, report.reason[:32]) == (75, "the process was ended by SIGKILL")
-        assert has_ended(long, long.rows[report.index])
+        assert long.has_ended(long.rows[report.index])
 
 
 def test_a_stop_saves_what_is_done(long: Manifest) -> None:
     reports = list(run_cases(long, long.rows, 2, Stop(lambda: len(workers(long.folder)) == 2)))
     assert [(report.code, report.reason) for report in reports] == [(75, "")] * 2
-    assert not any(has_ended(long, row) for row in long.rows)
+    assert not any(long.has_ended(row) for row in long.rows)
 
 
 def test_a_signal_to_a_worker_stops_its_case_alone(long: Manifest) -> None:
@@ -106,7 +111,7 @@ def test_workers_stop_where_their_reports_are_not_wanted_any_more(long: Manifest
     assert next(reports).code == 2
     reports.close()  # in the middle of the second case
     assert workers(long.folder) == []
-    assert not has_ended(long, long.rows[1])
+    assert not long.has_ended(long.rows[1])
 
 
 def test_a_case_that_another_process_has_done_is_left_to_it(
@@ -126,12 +131,12 @@ def test_a_case_that_another_process_has_done_is_left_to_it(
 
 def test_a_case_that_was_killed_is_noted_one_that_was_stopped_is_not(manifest: Manifest) -> None:
     row = manifest.rows[0]
-    leave_note(manifest, row, Report(row.index, 75))
-    assert not has_ended(manifest, row)
-    leave_note(manifest, row, Report(row.index, 75, "the process was ended by SIGKILL"))
-    assert has_ended(manifest, row)
-    leave_note(manifest, row, Report(row.index, 75))
-    assert not has_ended(manifest, row)
+    leave_note(manifest, row, RunReport(row.index, 75))
+    assert not manifest.has_ended(row)
+    leave_note(manifest, row, RunReport(row.index, 75, "the process was ended by SIGKILL"))
+    assert manifest.has_ended(row)
+    leave_note(manifest, row, RunReport(row.index, 75))
+    assert not manifest.has_ended(row)
 
 
 def test_a_worker_whose_command_is_gone_begins_without_a_traceback(manifest: Manifest) -> None:
@@ -152,7 +157,7 @@ def test_a_worker_whose_command_is_gone_begins_without_a_traceback(manifest: Man
 def test_cases_that_have_ended_or_are_running_are_taken(manifest: Manifest) -> None:
     done, failed, busy, free = manifest.rows[:4]
     manifest.result(done).touch()
-    leave_note(manifest, failed, Report(failed.index, 4, "no room"))
+    leave_note(manifest, failed, RunReport(failed.index, 4, "no room"))
     lock = RunLock.acquire(parts_folder(manifest.result(busy)))
     rows, said = (done, failed, busy, free), list[str]()
 
@@ -160,7 +165,7 @@ def test_cases_that_have_ended_or_are_running_are_taken(manifest: Manifest) -> N
         said.append(line)
         lock.release()  # as the run ends that the command waits for
 
-    assert [is_taken(manifest, row) for row in rows] == [True, True, True, False]
+    assert [manifest.is_taken(row) for row in rows] == [True, True, True, False]
     assert free_cases(manifest, rows, Stop(), warn) == [free]
     assert free_cases(manifest, (done, failed), Stop(), warn) == []
     assert said == []
@@ -171,13 +176,27 @@ def test_cases_that_have_ended_or_are_running_are_taken(manifest: Manifest) -> N
 def test_cases_without_news_are_given_out_again_but_none_that_has_failed(manifest: Manifest) -> None:
     rounds: list[list[int]] = []
 
-    def run(left: list[ManifestRow]) -> Iterator[Report]:
+    def run(left: list[ManifestRow]) -> Iterator[RunReport]:
         rounds.append([row.index for row in left])
-        yield Report(0, 0)  # another process has done it; its result is on the way
-        yield Report(1, 75, "the process was ended by SIGKILL")
-        yield Report(2, 4, "no room, not even for a note")
+        yield RunReport(0, 0)  # another process has done it; its result is on the way
+        yield RunReport(1, 75, "the process was ended by SIGKILL")
+        yield RunReport(2, 4, "no room, not even for a note")
 
-    leave_note(manifest, manifest.rows[3], Report(3, 4, "of an earlier command"))
+    leave_note(manifest, manifest.rows[3], RunReport(3, 4, "of an earlier command"))
     reports = list(in_rounds(manifest, manifest.rows[:4], Stop(), print, run))
     assert [report.index for report in reports] == [1, 2] * ROUNDS
     assert rounds == [[0, 1, 2, 3], [0, 3], [0, 3]]
+
+
+def test_tasks_are_some_per_thread_more_of_long_cases_and_have_each_case_once(manifest: Manifest) -> None:
+    def tasks(count: int, seconds: float) -> list[Manifest]:
+        rows = [replace(manifest.rows[0], index=index, seconds=seconds) for index in range(count)]
+        found = in_tasks(manifest, rows, threads=2)
+        assert sorted(row.index for task in found for row in task.rows) == list(range(count))
+        return found
+
+    assert len(tasks(4, 0.1)) == 4
+    assert len(tasks(100, 0.01)) == 2 * TASKS_PER_THREAD
+    assert len(tasks(1000, 0.1)) == 100
+    assert len(tasks(1000, 600.0)) == 1000
+    assert [row.index for row in tasks(40, 0.01)[0].rows] == [0, 20]

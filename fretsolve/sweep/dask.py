@@ -20,10 +20,8 @@ from typing import Any
 
 from fretsolve.errors import CaseError, FileError, FretsolveError
 from fretsolve.simulation.run_to_file import Stop
-from fretsolve.sweep.case_run import Report
-from fretsolve.sweep.engines.worker_pool import Warn, WorkerPool, in_rounds
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.status import is_taken
+from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport
+from fretsolve.sweep.worker_pool import Warn, WorkerPool, in_rounds
 from fretsolve.system.environment import how_to_install
 
 TASKS_PER_THREAD = 10
@@ -35,7 +33,7 @@ DASK_GLANCE = 0.5
 
 def run_on_dask(
     manifest: Manifest, todo: Sequence[ManifestRow], address: str, stop: Stop, warn: Warn
-) -> Iterator[Report]:
+) -> Iterator[RunReport]:
     """Run the cases `todo` on the workers of the scheduler at `address`; yield the reports as tasks end.
 
     warn: is told what the command waits for. Raises CaseError if no scheduler answers or it has no workers, FileError
@@ -56,7 +54,7 @@ def run_on_dask(
             raise CaseError("the scheduler has no workers; start some", (), place)
         halt = Event(f"fretsolve-{manifest.folder}-{time.time_ns()}", client=client)
 
-        def run(left: list[ManifestRow]) -> Iterator[Report]:
+        def run(left: list[ManifestRow]) -> Iterator[RunReport]:
             futures = client.map(run_task, in_tasks(manifest, left, threads), name=halt.name, pure=False)
             yield from _reports(futures, halt, stop)
             if client.status != "running":
@@ -80,14 +78,14 @@ def in_tasks(manifest: Manifest, rows: Sequence[ManifestRow], threads: int) -> l
     return [replace(manifest, rows=tuple(rows[first::count])) for first in range(count)]
 
 
-def run_task(manifest: Manifest, name: str) -> list[Report]:
+def run_task(manifest: Manifest, name: str) -> list[RunReport]:
     """Run the cases of `manifest` in a Dask worker, until the event `name` is set; return their reports."""
     runner: _TaskRunner | None = getattr(_of_thread, "runner", None)
     if runner is None or runner.name != name:
         if runner is not None:
             runner.pool.close()
         runner = _of_thread.runner = _TaskRunner(manifest, name)
-    free = (row for row in manifest.rows if not is_taken(manifest, row))
+    free = (row for row in manifest.rows if not manifest.is_taken(row))
     return [report for report in runner.pool.run(free, runner) if not report.of_another]
 
 
@@ -122,7 +120,7 @@ _of_thread = threading.local()
 """The `runner` of each thread of a Dask worker, from task to task."""
 
 
-def _reports(futures: Sequence[Any], halt: Any, stop: Stop) -> Iterator[Report]:
+def _reports(futures: Sequence[Any], halt: Any, stop: Stop) -> Iterator[RunReport]:
     """Yield the reports of tasks as these end; a task that was lost has none."""
     ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
     for future in futures:

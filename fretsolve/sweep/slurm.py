@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from fretsolve.errors import CaseError
 from fretsolve.sweep.manifest import Manifest, ManifestRow, index_list
 from fretsolve.sweep.plan import SweepPlan
-from fretsolve.sweep.spec import SlurmSpec
+from fretsolve.sweep.sweep_file import SlurmSpec
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
 
@@ -22,7 +22,7 @@ FOLDER_NAME = "slurm"
 
 
 def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None, *, dry: bool = False) -> str:
-    """Write the job script, and submit tasks for those of the cases `todo` that no task in the queue has.
+    """Write the job script, and submit tasks for the cases `todo` that no task in the queue has.
 
     dry: submit nothing and ask Slurm for nothing. Returns what was done, for people. Raises CaseError if Slurm refuses,
     FileError.
@@ -52,7 +52,7 @@ def submit(plan: SweepPlan, todo: Sequence[ManifestRow], at_once: int | None, *,
 def requeue() -> None:
     """Have Slurm run the task of this process again, if it is one; print the error if Slurm refuses."""
     array, task = os.environ.get("SLURM_ARRAY_JOB_ID"), os.environ.get("SLURM_ARRAY_TASK_ID")
-    # SLURM_JOB_ID of a task may be that of the whole array.
+    # SLURM_JOB_ID of a task may name the whole array.
     job = f"{array}_{task}" if array and task else os.environ.get("SLURM_JOB_ID")
     if job is None:
         return
