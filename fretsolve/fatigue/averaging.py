@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.keys.fatigue_spec import AverageKind
+from fretsolve.case.keys.output_spec import AverageKind
 from fretsolve.errors import CaseError
 from fretsolve.system.arrays import DoubleArray
 

@@ -10,8 +10,8 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result import Result
-from fretsolve.setup.closed_forms.wear_forms import WornCycle, worn_cycles
-from fretsolve.setup.problem_setup import closed_forms_of, model_of_forms
+from fretsolve.setup.problem import closed_forms_of, model_of_forms
+from fretsolve.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.wear.stick_cells import error_by_stick_cells
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import map_spans
-from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, room_for_cells, worn_reach
+from fretsolve.setup.contact_search import contact_size
+from fretsolve.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.setup.problem_setup import ProblemSetup
 
 FEWEST_POINTS = 3

@@ -23,7 +23,7 @@ from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.model.surface import is_mirrored, map_border
 from fretsolve.result.state import Change, Fields, State, Summary, Zone
-from fretsolve.setup.mirror_images import may_be_mirrored
+from fretsolve.setup.problem import may_be_mirrored
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
 from fretsolve.simulation.located_errors import locate

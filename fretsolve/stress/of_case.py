@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from fretsolve.case.keys.stress_spec import StressSpec
+from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 from fretsolve.stress.halfspace.influence import COMPONENTS, TRACTIONS, Body, Component

@@ -10,7 +10,7 @@ from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
-from fretsolve.setup.kernel_choice import compiling_pays
+from fretsolve.setup.problem import compiling_pays
 from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase, placed
 from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 from fretsolve.case.dimensions import WEAR_COEFFICIENT, in_small_unit, percent
 from fretsolve.case.keys.wear_spec import WearSpec
-from fretsolve.setup.closed_forms.wear_forms import WornCycle, worn_cycles
 from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.wear_forms import WornCycle, worn_cycles
 
 LEFT_OUT = "left out: debris between the surfaces, oxidation, plastic flow, the motion of worn profiles over each other"
 

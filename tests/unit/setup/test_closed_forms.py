@@ -10,7 +10,7 @@ from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, NO_POISSON, build, so
 
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.tangential import cattaneo_mindlin
-from fretsolve.setup.closed_forms.area_forms import ClosedForms
+from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.problem_setup import set_up
 
 P = {"P": 400.0}

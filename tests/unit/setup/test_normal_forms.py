@@ -8,14 +8,14 @@ import pytest
 from solving import HERTZ, MATERIAL, A, build
 
 from fretsolve.reference.hertz import love_cone, love_cone_at
-from fretsolve.setup.closed_forms.normal_forms import NormalForms, is_tilted, pressing, round_contact
+from fretsolve.setup.closed_forms import ClosedForms, is_tilted, pressing, round_contact
 from fretsolve.setup.problem_setup import set_up
 
 MODULUS = MATERIAL.contact_modulus
 STRAIGHT = {"cylinder": {"radius": 10.0, "axis": 0.0, "length": 2.0, "end_radius": 0.2}}
 
 
-def forms_of(surface: object, *loads: dict[str, float]) -> NormalForms:
+def forms_of(surface: object, *loads: dict[str, float]) -> ClosedForms:
     path = list(loads or [{"P": 400.0}])
     return set_up(build(surface=surface, load_path=path, grid={"points": 12, "size": 3.0})).closed_forms
 

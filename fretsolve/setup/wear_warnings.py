@@ -1,9 +1,9 @@
-"""Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
+"""Warnings of a case with wear, before a run and after it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +11,13 @@ from numpy.typing import NDArray
 from fretsolve.case.dimensions import percent
 from fretsolve.errors import dotted
 from fretsolve.setup.contact_size import AREA_MARGIN, worn_reach
-from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.cost_estimate import too_many_cycles
+from fretsolve.setup.problem import ProblemSetup
+from fretsolve.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.system.arrays import DoubleArray
-
-if TYPE_CHECKING:
-    from fretsolve.setup.closed_forms.wear_forms import WornCycle
 
 ASIDE = (0.31, 0.17)
 """Place of a grid's middle in cells, with which no cells change from stick to slip by symmetry at once."""
-
-NEARLY = 0.02
-"""Half cells by which a middle may lie aside and count as centred."""
 
 SLIP_PER_RADIUS = 0.1
 """Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
@@ -30,18 +26,19 @@ SPARE_ROOM = 1.5
 """Side of a grid that is advised where nothing tells the size of a scar, over that of the unworn contact's grid."""
 
 
-def about_wear(setup: ProblemSetup) -> Iterator[str]:
+def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
-    if setup.case.wear is None:
-        return
     if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
         yield (
             "wear: no cycle represents others, so that worn depth is counted and the surfaces keep their shape;"
             " represents in place of times changes them"
         )
         return
-    yield from _about_jumps(setup)
-    cycles, grid = _worn_cycles(setup), setup.grid
+    for key, expected, most in too_many_cycles(setup):
+        ends = f", but there may be {most}, so that the run would end before its last cycle" * (expected > most)
+        about = f"about {float(f'{expected:.1g}'):g} cycles would have to be solved"
+        yield f"{dotted(key)}: {about}{ends}; a larger {key[-1]} needs fewer"
+    cycles, grid = worn_cycles(setup.closed_forms), setup.grid
     if (text := _about_stick_cells(setup, cycles)) is not None:
         yield text
     if (text := _slip_before_the_run(cycles)) is not None:
@@ -59,18 +56,6 @@ def about_wear(setup: ProblemSetup) -> Iterator[str]:
         yield (
             f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"
             f" {2.0 * AREA_MARGIN * reach:.3g} mm would leave room"
-        )
-
-
-def _about_jumps(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of cycles of which a small tolerance or jump depth has very many solved."""
-    from fretsolve.setup.solved_cycles import many_cycles  # few cases have wear
-
-    for found in many_cycles(setup):
-        ends = f", but there may be {found.most}, so that the run would end before its last cycle"
-        yield (
-            f"{dotted(found.key)}: about {float(f'{found.expected:.1g}'):g} cycles would have to be solved"
-            f"{ends if found.expected > found.most else ''}; a larger {found.key[-1]} needs fewer"
         )
 
 
@@ -103,7 +88,7 @@ def _is_centred(setup: ProblemSetup) -> bool:
     surface = setup.case.surface[0]
     middles = zip(surface.center, (setup.grid.x[0], setup.grid.y[0]), (setup.grid.dx, setup.grid.dy), strict=True)
     halves = [2.0 * (middle - first) / side for middle, first, side in middles]
-    return all(abs(half - round(half)) < NEARLY for half in halves)
+    return all(abs(half - round(half)) < 0.02 for half in halves)
 
 
 def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) -> str | None:
@@ -113,7 +98,7 @@ def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) ->
     """
     stages = setup.case.stages()
     wearing = [place + 1 for place, one in enumerate(stages) if one.cycle is not None and one.cycle.jumps is not None]
-    if not wearing or _slip_before_the_run(_worn_cycles(setup)) is not None:
+    if not wearing or _slip_before_the_run(worn_cycles(setup.closed_forms)) is not None:
         return None
     stage = history["stage"]
     starts = np.flatnonzero(np.diff(stage, prepend=0))
@@ -125,13 +110,6 @@ def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) ->
         return None
     longest = int(np.argmax(slip / radius[cycles]))
     return _long_slip(float(slip[longest]), float(radius[cycles][longest]))
-
-
-def _worn_cycles(setup: ProblemSetup) -> tuple[WornCycle, ...]:
-    """Return what closed forms know of the cycles that stand for others."""
-    from fretsolve.setup.closed_forms.wear_forms import worn_cycles  # few cases have wear
-
-    return worn_cycles(setup.closed_forms)
 
 
 def _slip_before_the_run(cycles: Sequence[WornCycle]) -> str | None:

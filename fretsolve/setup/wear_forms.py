@@ -23,8 +23,7 @@ from fretsolve.reference.worn_contact import (
     worn_limit_at_displacement,
     worn_limit_at_force,
 )
-from fretsolve.setup.closed_forms.area_forms import ClosedForms
-from fretsolve.setup.closed_forms.normal_forms import Load
+from fretsolve.setup.closed_forms import ClosedForms, Load
 
 EXPLICIT_LIMIT = 1.161
 """Depth of a jump over p dx/E* from which an explicit update of the profile is unstable: 2 lam/(dx/E*), lam being the

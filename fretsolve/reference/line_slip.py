@@ -1,20 +1,23 @@
-"""Contacts of alike bodies under a tangential force and bulk stress together, both applied at once from full stick.
+"""Partial slip on line contacts of alike bodies, under a tangential force and bulk stress, all per mm of the line.
 
-Bulk stress strains the two surfaces differently, which shifts the stick zone (Nowell & Hills 1987; Hills & Nowell,
-Mechanics of Fretting Fatigue (1994)). A mismatch is the strain of body 2's surface less that of body 1's, as
-`fretsolve.model.bulk_stress` computes it: positive where body 2 is pulled. Compliances are those of
-`fretsolve.model.materials.Compliances`. Every function raises ValueError outside its stated range.
+Without bulk stress: Cattaneo and Mindlin as in Johnson, Contact Mechanics (1985), section 7.2, for a cylinder,
+Ciavarella (1998) and Jaeger (1998) for any other contact. Bulk stress strains the two surfaces differently, which
+shifts the stick zone (Nowell & Hills 1987; Hills & Nowell, Mechanics of Fretting Fatigue (1994)). A mismatch is the
+strain of body 2's surface less the strain of body 1's surface: positive where body 2 is pulled. Force and mismatch are
+applied at once, from full stick. Every function raises ValueError outside its stated range.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.cyclic_loading import SAME, MasingPath, dissipated
+from fretsolve.reference.line import HertzLine, LineContact
 from fretsolve.system.arrays import DoubleArray
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
@@ -25,34 +28,33 @@ NARROWEST = 1e-9
 
 
 @dataclass(frozen=True)
-class LineUnderBulk:
-    """A cylinder on a flat in plane strain under Q per length (N/mm), |Q| < mu P, and a mismatch De_xx.
+class LinePartialSlip:
+    """A line contact under Q per length (N/mm, either sign), |Q| < mu P, and on a cylinder a mismatch De_xx.
 
-    half_width: a (mm); max_pressure: p0 (MPa); compliance: A (1/MPa). Below, f = |Q|/mu P and b = De_xx/(A mu p0).
+    compliance: A for Qx, A + B for Qy (1/MPa). Below, f = |Q|/mu P and b = De_xx/(A mu p0).
     """
 
-    half_width: float
-    max_pressure: float
+    contact: LineContact
     friction: float
-    compliance: float
     shear_force: float
-    mismatch: float
+    compliance: float
+    mismatch: float = 0.0
 
     def __post_init__(self) -> None:
-        positive = min(self.half_width, self.max_pressure, self.friction, self.compliance) > 0.0
-        if not positive or not self.fraction < 1.0:
-            raise ValueError("half-width, pressure, friction and compliance must be positive, and |Q| below mu P")
+        if not abs(self.shear_force) < self.friction * self.contact.load:
+            raise ValueError("the tangential force must be below mu P")
+        if self.mismatch and not isinstance(self.contact, HertzLine):
+            raise ValueError("the contact under bulk stress must be that of a cylinder")
 
     @property
     def fraction(self) -> float:
-        """f = |Q|/mu P, with P = pi a p0/2 per length."""
-        limit = 0.5 * math.pi * self.friction * self.max_pressure * self.half_width
-        return abs(self.shear_force) / limit
+        """f = |Q|/mu P."""
+        return abs(self.shear_force) / (self.friction * self.contact.load)
 
     @property
     def bulk(self) -> float:
         """b = De_xx/(A mu p0), with the sign of the mismatch."""
-        return self.mismatch / (self.compliance * self.friction * self.max_pressure)
+        return self.mismatch / self._strain if self.mismatch else 0.0
 
     @property
     def reverses(self) -> bool:
@@ -63,10 +65,10 @@ class LineUnderBulk:
     def is_reached_in_proportion(self) -> bool:
         """True if force and mismatch that grow in proportion, in many increments, lead here.
 
-        They do while no slip zone shrinks on the way: |b| <= f/2, or a zone of backward slip that still grows. Where it
-        shrinks it sticks at once, and the stick zone is wider than that of both applied in one step.
+        They do while no slip zone shrinks on the way: |b| <= f/2, or a zone of backward slip that still grows. Where a
+        slip zone shrinks, its cells stick at once, and the stick zone is wider than if both loads came in one step.
         """
-        if abs(self.bulk) <= 0.5 * self.fraction:
+        if abs(self.bulk) <= 0.5 * self.fraction * (1.0 + SAME):
             return True
         before = replace(self, shear_force=0.999 * self.shear_force, mismatch=0.999 * self.mismatch)
         if not self.reverses or not before.is_known:
@@ -88,7 +90,9 @@ class LineUnderBulk:
     @cached_property
     def _ends(self) -> tuple[float, float] | None:
         """Both ends of the stick zone (mm); None if they are not found."""
-        a, b, f = self.half_width, self.bulk, self.fraction
+        if not self.mismatch:
+            return -self.sticking.half_width, self.sticking.half_width
+        a, b, f = self.contact.half_width, self.bulk, self.fraction
         if not self.reverses:
             center, half = math.copysign(1.0, self.shear_force) * b, math.sqrt(1.0 - f)
             return a * (center - half), a * (center + half)
@@ -103,8 +107,13 @@ class LineUnderBulk:
         return (a * low, a * high) if (b > 0.0) == (self.shear_force > 0.0) else (-a * high, -a * low)
 
     @property
+    def sticking(self) -> LineContact:
+        """The contact at the load P - Q/mu, whose width sticks."""
+        return self.contact.under(self.contact.load - abs(self.shear_force) / self.friction)
+
+    @property
     def stick_half_width(self) -> float:
-        """Half of the stick zone's width (mm); c = a sqrt(1 - f) without reversed slip."""
+        """Half of the stick zone's width (mm); c = a sqrt(1 - f) of a cylinder without reversed slip."""
         low, high = self.stick_zone
         return 0.5 * (high - low)
 
@@ -115,42 +124,106 @@ class LineUnderBulk:
         return 0.5 * (low + high)
 
     def shear(self, x: DoubleArray) -> DoubleArray:
-        """Return q(x) = mu p0 [sqrt(1 - x^2/a^2) - (c/a) sqrt(1 - (x-e)^2/c^2)] (MPa), with the sign of Q."""
+        """Return the shear traction at `x` (MPa): mu p less mu times the pressure at P - Q/mu about the stick zone."""
         self._require_one_sign()
-        a, c, e = self.half_width, self.stick_half_width, self.stick_center
-        full = np.sqrt(np.maximum(1.0 - np.square(x / a), 0.0))
-        stick = (c / a) * np.sqrt(np.maximum(1.0 - np.square((x - e) / c), 0.0))
-        return np.asarray(math.copysign(self.friction * self.max_pressure, self.shear_force) * (full - stick))
+        less = self.contact.pressure(x) - self.sticking.pressure(x - self.stick_center)
+        return math.copysign(self.friction, self.shear_force) * less
 
     def slip(self, x: DoubleArray) -> DoubleArray:
-        """Return s(x) = (A mu p0/2a) c^2 (t sqrt(t^2 - 1) - acosh t), t = |x-e|/c >= 1 (mm), with the sign of Q."""
+        """Return the slip at `x` of a cylinder (mm), with the sign of Q; 0 in the stick zone and outside the contact.
+
+        s = (A mu p0/2a) c^2 (t sqrt(t^2 - 1) - acosh t), t = |x - e|/c >= 1.
+        """
         self._require_one_sign()
-        a, c, e = self.half_width, self.stick_half_width, self.stick_center
+        a, c, e = self.contact.half_width, self.stick_half_width, self.stick_center
         t = np.maximum(np.abs(x - e) / c, 1.0)
-        scale = 0.5 * self.compliance * self.friction * self.max_pressure * c**2 / a
-        return np.asarray(math.copysign(scale, self.shear_force) * (t * np.sqrt(np.square(t) - 1.0) - np.arccosh(t)))
+        moved = self._strain * c**2 / (2.0 * a) * (t * np.sqrt(t * t - 1.0) - np.arccosh(t))
+        return math.copysign(1.0, self.shear_force) * np.where(np.abs(x) <= a, moved, 0.0)
 
     @property
     def work_per_cycle(self) -> float:
-        """Energy (mJ/mm) dissipated in a cycle between plus and minus Q and mismatch, in phase or opposite.
+        """Energy (mJ/mm) dissipated on a cylinder in a cycle between plus and minus Q and mismatch.
 
-        4 times the integral of mu p s over both slip zones.
+        The mismatch is in phase or opposite. It is 4 times the integral of mu p s over both slip zones.
         """
         self._require_one_sign()
-        a, (low, high) = self.half_width, self.stick_zone
-        total = 0.0
+        a, total = self.contact.half_width, 0.0
+        low, high = self.stick_zone
         for begin, end in ((high, a), (low, -a)):
             # x = begin + (end - begin) sin^2 t removes the roots at both ends
             angle = 0.25 * math.pi * (NODES + 1.0)
             x = begin + (end - begin) * np.sin(angle) ** 2
             dx = abs(end - begin) * np.sin(2.0 * angle) * 0.25 * math.pi * WEIGHTS
-            pressure = self.max_pressure * np.sqrt(np.maximum(1.0 - np.square(x / a), 0.0))
-            total += float(np.sum(self.friction * pressure * np.abs(self.slip(x)) * dx))
+            total += float(np.sum(self.friction * self.contact.pressure(x) * np.abs(self.slip(x)) * dx))
         return 4.0 * total
 
+    @property
+    def _strain(self) -> float:
+        """A mu p0."""
+        return self.compliance * self.friction * self.contact.max_pressure
+
     def _require_one_sign(self) -> None:
-        if self.reverses:
+        if self.mismatch and self.reverses:
             raise ValueError("no closed form where the slip zones have opposite signs")
+
+
+@dataclass(frozen=True)
+class LineShear(MasingPath[LinePartialSlip]):
+    """Partial slip after a path of a tangential force in one direction, at constant load.
+
+    path: the forces (N/mm) from the unloaded contact on, or the mismatches where bulk stress acts alone; first_loading:
+    the solution on first loading by such a force, with the bulk stress in proportion; axis: 0 for Qx, 1 for Qy.
+    """
+
+    path: tuple[float, ...]
+    contact: LineContact
+    axis: int
+    first_loading: Callable[[float], LinePartialSlip]
+
+    def on_loading(self, load: float) -> LinePartialSlip:
+        return self.first_loading(load)
+
+    @property
+    def least(self) -> float:
+        return SAME * max(map(abs, self.path))
+
+    @property
+    def slips_one_way(self) -> bool:
+        """True if all slip zones of each branch slip alike, so that shear traction and energy are known."""
+        return not any(branch.mismatch and branch.reverses for _, branch in self.branches)
+
+    @property
+    def is_reached(self) -> bool:
+        """True if the closed form of each branch is known, and its increments lead there."""
+        return all(branch.is_known and branch.is_reached_in_proportion for _, branch in self.branches)
+
+    @property
+    def stick_half_width(self) -> float:
+        """Half-width of the stick zone (mm) at the end of the path."""
+        return self.contact.half_width if self.last is None else self.last.stick_half_width
+
+    @property
+    def stick_center(self) -> float:
+        """Middle of the stick zone (mm) from the middle of the contact, at the end of the path."""
+        return 0.0 if self.last is None else self.last.stick_center
+
+    def shear(self, x: DoubleArray) -> DoubleArray | None:
+        """Return the shear traction along its axis at `x` from the middle (MPa); None where slip reverses."""
+        if not self.slips_one_way:
+            return None
+        return sum((factor * branch.shear(x) for factor, branch in self.branches), start=np.zeros_like(x))
+
+    def slip(self, x: DoubleArray) -> DoubleArray | None:
+        """Return the slip along its axis at `x` from the middle (mm), since the start; None where it is not known."""
+        if not self.slips_one_way or not isinstance(self.contact, HertzLine):
+            return None
+        return sum((factor * branch.slip(x) for factor, branch in self.branches), start=np.zeros_like(x))
+
+    def dissipated_energy(self) -> float | None:
+        """Return the energy dissipated on the path (mJ/mm); None where no closed form gives the slip."""
+        if not isinstance(self.contact, HertzLine) or not self.slips_one_way:
+            return None
+        return dissipated(self.path, lambda load: self.on_loading(load).work_per_cycle)
 
 
 def line_stick_ratio_under_bulk_alone(bulk: float) -> float:
@@ -219,55 +292,3 @@ def _widths(unknown: DoubleArray) -> tuple[float, float, float]:
     left, right = np.exp(np.minimum(unknown, -2.0 * math.log(NARROWEST))).tolist()
     stick = 2.0 / (1.0 + left + right)
     return left * stick, right * stick, stick
-
-
-@dataclass(frozen=True)
-class SphereUnderBulk:
-    """A sphere on a flat under a force along x, |Q| < mu P, and a mismatch De_xx with De_yy = -De_xx D2/D1.
-
-    compliances: A and B (1/MPa); D1 = 4A + B, D2 = B. An eccentric circle sticks while it lies inside the contact, in
-    the sense of Cattaneo and Mindlin, who neglect that slip turns across the force. Without uy from qx (coupling: none)
-    it is exact with De_yy = 0. From Johnson, eq. 3.91.
-    """
-
-    hertz: HertzContact
-    friction: float
-    compliances: tuple[float, float]
-    shear_force: float
-    mismatch: float
-
-    def __post_init__(self) -> None:
-        if not self.hertz.is_circle or not abs(self.shear_force) < self.friction * self.hertz.load:
-            raise ValueError("a circular contact is needed, and |Q| below mu P")
-        if abs(self.stick_center) + self.stick_radius > self.hertz.contact_radius:
-            raise ValueError("no closed form where the stick zone reaches the edge of the contact")
-
-    @property
-    def stick_radius(self) -> float:
-        """c = a (1 - f)^(1/3)."""
-        fraction = abs(self.shear_force) / (self.friction * self.hertz.load)
-        return self.hertz.contact_radius * math.cbrt(1.0 - fraction)
-
-    @property
-    def stick_center(self) -> float:
-        """e = 16 a De_xx/(pi mu p0 D1) for Q > 0 (mm)."""
-        scale = math.pi * self.friction * self.hertz.max_pressure * self._along
-        return math.copysign(16.0 * self.hertz.contact_radius / scale, self.shear_force) * self.mismatch
-
-    @property
-    def delta_x(self) -> float:
-        """(pi mu p0/32a) [4 S (a^2 - c^2) + D1 e^2] with S = 2A + B (mm), with the sign of Q."""
-        a, c, e = self.hertz.contact_radius, self.stick_radius, self.stick_center
-        tangential = 2.0 * self.compliances[0] + self.compliances[1]
-        scale = math.pi * self.friction * self.hertz.max_pressure / (32.0 * a)
-        return math.copysign(scale * (4.0 * tangential * (a**2 - c**2) + self._along * e**2), self.shear_force)
-
-    @property
-    def mismatch_across(self) -> float:
-        """De_yy = -De_xx D2/D1, which the solution needs."""
-        return -self.mismatch * self.compliances[1] / self._along
-
-    @property
-    def _along(self) -> float:
-        A, B = self.compliances
-        return 4.0 * A + B

@@ -1,4 +1,4 @@
-"""Closed forms where the friction limit is not one coefficient times the pressure, and fixed over the load path."""
+"""Gross slip and slip from the rim where the friction limit is not one coefficient times the pressure."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,20 +14,13 @@ from fretsolve.case.models import Case
 from fretsolve.friction.field import friction_field
 from fretsolve.friction.law import FrictionOnGrid
 from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.line import LineContact
 from fretsolve.reference.slip_from_rim import RimSlipBound
 from fretsolve.system.arrays import DoubleArray
 
-if TYPE_CHECKING:
-    from fretsolve.reference.line import LineContact
-
-ANGLES, RADII = 32, 64
-"""Places at which a formula must have the same value all round."""
-
-NODES = 400
-"""Radii of a quadrature over an ellipse."""
-
-LINE_POINTS = 4000
-"""Points of a quadrature over the width of a line contact, dense at its ends."""
+ANGLES, RADII, NODES, LINE_POINTS = 32, 64, 400, 4000
+"""Places at which a formula must have one value all round; radii of the quadrature over an ellipse, and points of the
+quadrature over the width of a line contact, which are dense at its ends."""
 
 
 @dataclass(frozen=True)
@@ -72,68 +64,56 @@ class FrictionOnContact:
         law = FrictionOnGrid(self.case.friction, np.broadcast_to(values, shape))
         return law.fixed_bound().limit(np.broadcast_to(pressure, shape)).astype(np.float64)
 
+    def line_gross_slip_force(self, contact: LineContact) -> float | None:
+        """Return the force (N/mm) at which a line contact slips, int b dx; None unless the coefficient is known."""
+        if not self.is_known:
+            return None
+        turn = (np.arange(LINE_POINTS) + 0.5) * (math.pi / LINE_POINTS)
+        x = contact.half_width * np.cos(turn)
+        limit = self.limit(x, np.zeros_like(x), contact.pressure(x))
+        return contact.half_width * math.pi / LINE_POINTS * float(np.sum(np.sin(turn) * limit))
 
-def line_gross_slip_force(friction: FrictionOnContact, contact: LineContact) -> float | None:
-    """Return the force (N/mm) at which a line contact slips, int b dx; None unless the coefficient is known."""
-    if not friction.is_known:
-        return None
-    turn = (np.arange(LINE_POINTS) + 0.5) * (math.pi / LINE_POINTS)
-    x = contact.half_width * np.cos(turn)
-    limit = friction.limit(x, np.zeros_like(x), contact.pressure(x))
-    return contact.half_width * math.pi / LINE_POINTS * float(np.sum(np.sin(turn) * limit))
-
-
-@dataclass(frozen=True)
-class FrictionForms:
-    """Closed forms for the friction limit of a case on Hertz's contact."""
-
-    friction: FrictionOnContact
-    hertz: HertzContact
-
-    @cached_property
-    def is_fixed(self) -> bool:
-        """True if the limit depends on place and pressure alone, alike in all directions."""
-        case = self.friction.case
-        number = isinstance(case.friction.coefficient, float) and not stage_friction(case.load_path)
-        return number or case.friction.expression is not None
-
-    @cached_property
-    def gross_slip_force(self) -> float | None:
-        """The force (N) of gross slip, int b dA; None unless the coefficient is a number or a formula."""
-        if not self.friction.is_known:
+    def gross_slip_force(self, hertz: HertzContact) -> float | None:
+        """Return the force (N) at which a contact slips, int b dA; None unless the coefficient is known."""
+        if not self.is_known:
             return None
         nodes, weights = np.polynomial.legendre.leggauss(NODES)
         rho, turn = 0.5 * (nodes + 1.0), np.arange(4 * ANGLES) * (2.0 * math.pi / (4 * ANGLES))
-        a, b = self.hertz.semi_axes
+        a, b = hertz.semi_axes
         along, across = a * rho[:, None] * np.cos(turn), b * rho[:, None] * np.sin(turn)
-        cosine, sine = math.cos(self.hertz.angle), math.sin(self.hertz.angle)
-        limit = self._at(along * cosine - across * sine, along * sine + across * cosine, rho[:, None])
+        cosine, sine = math.cos(hertz.angle), math.sin(hertz.angle)
+        x, y = along * cosine - across * sine, along * sine + across * cosine
+        limit = self.limit(x, y, _pressure(hertz, rho[:, None]))
         return math.pi * a * b * float(np.sum(weights * rho * limit.mean(axis=1)))
 
-    def rim_slip(self, compliance: float) -> RimSlipBound | None:
+    def rim_slip(self, hertz: HertzContact, compliance: float) -> RimSlipBound | None:
         """Return the limit for Abel's transform; None unless it is fixed, axisymmetric, and slip grows from the rim.
 
         compliance: the tangential one (1/MPa).
         """
-        if not self.is_fixed or not self.hertz.is_circle or not self._is_axisymmetric:
+        friction, a = self.case.friction, hertz.contact_radius
+        of_number = isinstance(friction.coefficient, float) and not stage_friction(self.case.load_path)
+        if not hertz.is_circle or not (of_number or self._is_axisymmetric(a)):
             return None
-        bound = RimSlipBound(self._on_radius, self.hertz.contact_radius, compliance)
+
+        def on_radius(r: DoubleArray) -> DoubleArray:
+            return self.limit(r, np.zeros_like(r), _pressure(hertz, r / a))
+
+        bound = RimSlipBound(on_radius, a, compliance)
         return bound if bound.slips_from_rim else None
 
-    @cached_property
-    def _is_axisymmetric(self) -> bool:
-        if self.friction.case.friction.expression is None:
-            return True
-        r = np.linspace(0.0, self.hertz.contact_radius, RADII)[:, None]
+    def _is_axisymmetric(self, radius: float) -> bool:
+        """Return whether the coefficient is a formula with one value all round, out to `radius` (mm)."""
+        if self.case.friction.expression is None:
+            return False
+        r = np.linspace(0.0, radius, RADII)[:, None]
         turn = (np.arange(ANGLES) + 0.3) * (2.0 * math.pi / ANGLES)
-        values = self.friction.coefficient(r * np.cos(turn), r * np.sin(turn))
+        values = self.coefficient(r * np.cos(turn), r * np.sin(turn))
         if not np.isfinite(values).all():
             return False
         return bool(np.ptp(values, axis=1).max() <= 1e-9 * np.abs(values).max())
 
-    def _on_radius(self, r: DoubleArray) -> DoubleArray:
-        return self._at(r, np.zeros_like(r), r / self.hertz.contact_radius)
 
-    def _at(self, x: DoubleArray, y: DoubleArray, rho: DoubleArray) -> DoubleArray:
-        """Return the limit (MPa) at x, y (mm) from the middle; rho: distance over the contact's in that direction."""
-        return self.friction.limit(x, y, self.hertz.max_pressure * np.sqrt(np.maximum(1.0 - rho**2, 0.0)))
+def _pressure(hertz: HertzContact, rho: DoubleArray) -> DoubleArray:
+    """Return Hertz's pressure (MPa) at a distance over the contact's in that direction."""
+    return np.asarray(hertz.max_pressure * np.sqrt(np.maximum(1.0 - rho**2, 0.0)))

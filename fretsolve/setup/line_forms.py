@@ -1,98 +1,22 @@
 """Find the closed forms that hold for a line contact: Hertz or a rounded punch, and partial slip on them.
 
-The formulas are in `fretsolve.reference.line`.
+The formulas are in `fretsolve.reference.line` and `fretsolve.reference.line_slip`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretsolve.reference.bulk_stress import LineUnderBulk
-from fretsolve.reference.cyclic_loading import SAME, dissipated, last_branch, masing_branches
-from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
-from fretsolve.setup.closed_forms.area_forms import ClosedForm, ClosedForms
-from fretsolve.setup.closed_forms.normal_forms import Load
-from fretsolve.system.arrays import DoubleArray
-
-if TYPE_CHECKING:
-    from fretsolve.reference.hertz import HertzContact
-
-
-@dataclass(frozen=True)
-class LineShear:
-    """Partial slip after a path of a tangential force in one direction, at constant load.
-
-    axis: 0 for Qx, 1 for Qy; path: the forces (N/mm) from the unloaded contact on, or the mismatches where bulk stress
-    acts alone; on_loading: the solution on first loading by such a force, with the bulk stress in proportion.
-    """
-
-    contact: LineContact
-    friction: float
-    axis: int
-    path: tuple[float, ...]
-    on_loading: Callable[[float], LinePartialSlip | LineUnderBulk]
-
-    @cached_property
-    def branches(self) -> list[tuple[float, LinePartialSlip | LineUnderBulk]]:
-        """The branches, with a factor each, as of `masing_branches`."""
-        return masing_branches(self.path, self._least, self.on_loading)
-
-    @property
-    def slips_one_way(self) -> bool:
-        """True if all slip zones of each branch slip alike, so that shear traction and energy are known."""
-        return not any(isinstance(branch, LineUnderBulk) and branch.reverses for _, branch in self.branches)
-
-    @property
-    def is_reached(self) -> bool:
-        """True if the closed form of each branch is known, and its increments lead there."""
-        under_bulk = (branch for _, branch in self.branches if isinstance(branch, LineUnderBulk))
-        return all(branch.is_known and branch.is_reached_in_proportion for branch in under_bulk)
-
-    @property
-    def stick_half_width(self) -> float:
-        """Half-width of the stick zone (mm) at the end of the path."""
-        return self.contact.half_width if self._last is None else self._last.stick_half_width
-
-    @property
-    def stick_center(self) -> float:
-        """Middle of the stick zone (mm) from that of the contact, at the end of the path."""
-        return self._last.stick_center if isinstance(self._last, LineUnderBulk) else 0.0
-
-    @cached_property
-    def _last(self) -> LinePartialSlip | LineUnderBulk | None:
-        """The solution on first loading whose stick zone is that at the end of the path."""
-        load = last_branch(self.path, self._least)
-        return self.on_loading(load) if load else None
-
-    @property
-    def _least(self) -> float:
-        """Load up to which a change does not count."""
-        return SAME * max(map(abs, self.path))
-
-    def shear(self, x: DoubleArray) -> DoubleArray | None:
-        """Return the shear traction along its axis at `x` from the middle (MPa); None where slip reverses."""
-        if not self.slips_one_way:
-            return None
-        return sum((factor * branch.shear(x) for factor, branch in self.branches), start=np.zeros_like(x))
-
-    def slip(self, x: DoubleArray) -> DoubleArray | None:
-        """Return the slip along its axis at `x` from the middle (mm), since the start; None where it is not known."""
-        if not self.slips_one_way or not isinstance(self.contact, HertzLine):
-            return None
-        total = sum((factor * branch.slip(x) for factor, branch in self.branches), start=np.zeros_like(x))
-        return np.where(np.abs(x) <= self.contact.half_width, total, 0.0)
-
-    def dissipated_energy(self) -> float | None:
-        """Return the energy dissipated on the path (mJ/mm); None where no closed form gives the slip."""
-        if not isinstance(self.contact, HertzLine) or not self.slips_one_way:
-            return None
-        return dissipated(self.path, lambda force: self.on_loading(force).work_per_cycle)
+from fretsolve.reference.cyclic_loading import SAME
+from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.line import HertzLine, LineContact, RoundedPunch
+from fretsolve.reference.line_slip import LinePartialSlip, LineShear
+from fretsolve.setup.closed_forms import ClosedForm, ClosedForms, Load, spence_ratio
 
 
 @dataclass(frozen=True)
@@ -144,14 +68,8 @@ class LineClosedForms(ClosedForms):
     def _varied_gross_slip(
         self, hertz: HertzContact | None, coefficient: float | None, P: float
     ) -> tuple[float, float, float | None]:
-        from fretsolve.setup.closed_forms.friction_forms import (  # few cases need them
-            FrictionOnContact,
-            line_gross_slip_force,
-        )
-
         contact = next((one for one in self.contacts if one is not None and one.load == P), None)
-        friction = FrictionOnContact(self.case, (self.case.surface[0].center[0], 0.0), coefficient)
-        force = None if contact is None else line_gross_slip_force(friction, contact)
+        force = None if contact is None else self._friction_on_contact(coefficient).line_gross_slip_force(contact)
         return math.inf if force is None else force, math.inf, None
 
     def contact_width(self, endless: float) -> float | None:
@@ -184,12 +102,12 @@ class LineClosedForms(ClosedForms):
         if len(moved) and not np.ptp(P[max(moved[0] - 1, 0) :]) <= SAME * contact.load:
             return None
         friction = self.model.friction
+        friction = self.model.friction
         if sizes[2] <= SAME:
             axis = int(sizes[1] > SAME)
             compliance = material.A + axis * material.B
-            path = (Qx, Qy)[axis]
-            on_loading = partial(_partial_slip, contact, friction, compliance)
-            return LineShear(contact, friction, axis, tuple(path.tolist()), on_loading)
+            on_loading = partial(_on_loading, contact, friction, compliance, (1.0, 0.0))
+            return LineShear(tuple((Qx, Qy)[axis].tolist()), contact, axis, on_loading)
         # Qx and the mismatch in one proportion, or the mismatch alone
         largest = int(np.abs(mismatch).argmax())
         if not isinstance(contact, HertzLine):
@@ -197,17 +115,15 @@ class LineClosedForms(ClosedForms):
         if np.abs(forces[0] * mismatch[largest] - forces[0][largest] * mismatch).max() > SAME * abs(mismatch[largest]):
             return None
         alone = sizes[0] <= SAME
-        path = mismatch if alone else Qx
         per_path = (0.0, 1.0) if alone else (1.0, float(mismatch[largest] / Qx[largest]))
-        shear = LineShear(
-            contact, friction, 0, tuple(path.tolist()), partial(_under_bulk, contact, friction, material.A, per_path)
-        )
+        on_loading = partial(_on_loading, contact, friction, material.A, per_path)
+        shear = LineShear(tuple((mismatch if alone else Qx).tolist()), contact, 0, on_loading)
         if not shear.is_reached or not (alone or shear.slips_one_way or len(shear.branches) == 1):
             return None
         return shear
 
     @cached_property
-    def shaken_down(self) -> LineUnderBulk | None:
+    def shaken_down(self) -> LinePartialSlip | None:
         """Force and bulk stress by half of what the last two stages change, once they repeat; None if it is not known.
 
         The shear traction that stays behind takes up their mean values.
@@ -225,9 +141,8 @@ class LineClosedForms(ClosedForms):
             return None
         if np.abs(Qx).max() >= limit:
             return None
-        compliance = self.model.compliances.A
-        per_path = 1.0, 0.5 * float(mismatch[1] - mismatch[0]) / force
-        found = _under_bulk(contact, self.model.friction, compliance, per_path, force)
+        strain = 0.5 * float(mismatch[1] - mismatch[0])
+        found = LinePartialSlip(contact, self.model.friction, force, self.model.compliances.A, strain)
         return found if not found.reverses and found.is_reached_in_proportion else None
 
     def values(self) -> Iterator[ClosedForm]:
@@ -276,25 +191,17 @@ class LineClosedForms(ClosedForms):
                 return None
             force, stage, shear = max(known, key=lambda item: item[0])
             largest = shear.on_loading(force)
-            if isinstance(largest, LineUnderBulk) and not largest.is_known:
+            if not largest.is_known:
                 return None
             return ClosedForm("stick_radius", stage, largest.stick_half_width, self.shear_source)
-        if self.widest is None or not self.model.coupled or self.case.friction_varies:
+        if not isinstance(self.widest, HertzLine) or not self.model.coupled or self.case.friction_varies:
             return None
-        ratio = pressed_stick_ratio(self.model.friction, self.model.compliances.dundurs_constant)
-        if not isinstance(self.widest, HertzLine):
-            return None
-        stage = self.contacts.index(self.widest)
-        return ClosedForm("stick_radius", stage, ratio * self.widest.half_width, "Spence, one-way")
+        radius = spence_ratio(self.model) * self.widest.half_width
+        return ClosedForm("stick_radius", self.contacts.index(self.widest), radius, "Spence, one-way")
 
 
-def _partial_slip(contact: LineContact, friction: float, compliance: float, force: float) -> LinePartialSlip:
-    return LinePartialSlip(contact, friction, force, compliance)
-
-
-def _under_bulk(
+def _on_loading(
     contact: LineContact, friction: float, compliance: float, per_path: tuple[float, float], value: float
-) -> LineUnderBulk:
+) -> LinePartialSlip:
     """Return the solution on first loading; per_path: force and mismatch per value of the path."""
-    force, mismatch = per_path[0] * value, per_path[1] * value
-    return LineUnderBulk(contact.half_width, contact.max_pressure, friction, compliance, force, mismatch)
+    return LinePartialSlip(contact, friction, per_path[0] * value, compliance, per_path[1] * value)
