@@ -20,6 +20,7 @@ from fretsolve.commands.messages.case_summary import (
     model_table,
     path_length,
     stage_lines,
+    wear_lines,
 )
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
@@ -67,10 +68,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
-    if setup.case.wear is not None:
-        from fretsolve.commands.messages.wear_summary import wear_lines  # few cases have wear
-
-        yield from wear_lines(setup)
+    yield from wear_lines(setup)
     yield "\n# cost"
     yield from cost_lines(setup)
 

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from fretsolve.increment.working_state import InitialState
-from fretsolve.model.bulk_stress import mismatch_displacement
 from fretsolve.model.grid import Grid
+from fretsolve.model.materials import mismatch_displacement
 from fretsolve.system.arrays import FloatArray, Vector
 
 

@@ -7,8 +7,8 @@ import pytest
 from solving import LOAD, build
 
 from fretsolve.case.keys.body_spec import ElasticBody
-from fretsolve.model.bulk_stress import BulkResponse, mismatch_displacement, surface_strain
 from fretsolve.model.grid import Grid
+from fretsolve.model.materials import BulkResponse, mismatch_displacement, surface_strain
 from fretsolve.model.required_terms import derive_model
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.coarse_counts import slipping_stages

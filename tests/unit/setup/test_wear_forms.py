@@ -8,7 +8,7 @@ import pytest
 from line_cases import line_case
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
 
-from fretsolve.commands.messages.wear_summary import wear_lines
+from fretsolve.commands.messages.case_summary import wear_lines
 from fretsolve.errors import CaseError
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.reference.worn_contact import volume_scale
