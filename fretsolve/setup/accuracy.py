@@ -1,4 +1,4 @@
-"""Pick the settings that an accuracy asks for, by measured laws (docs/accuracy.md).
+"""Pick the settings that an accuracy asks for, by measured laws (docs/howto/grid_and_increments.md).
 
 The error bars give the case's own errors; `result.verdict` judges by them.
 """
@@ -26,7 +26,7 @@ Law = tuple[float, float]
 
 CELLS, CELLS_LAW = 30.0, (0.035, 1.4)
 """Cells across the contact, and the law of the error bar of the stick radius with them, which is the largest of those
-that cells cause (docs/error_bar_estimates.md)."""
+that cells cause (docs/error_bars.md)."""
 
 SHEARED_LAW, PRESSED_LAW = (0.9, 2.4), (1.5, 1.57)
 """Laws of the error bar of the dissipated energy, from a slip annulus of one cell on: for similar bodies under shear,
