@@ -17,7 +17,7 @@ from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, catta
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.reference.slip_from_rim import RimSlip, RimSlipBound
+    from fretsolve.reference.slip_from_rim import RimFrictionLimit, RimSlip
 
 Branch = TypeVar("Branch")
 
@@ -61,8 +61,8 @@ class MasingPath(ABC, Generic[Branch]):
 class CyclicLoading(MasingPath["CattaneoMindlin | LubkinContact | RimSlip"]):
     """A Hertz contact about `center` (mm) under a force along `direction`, or (None) under a torque.
 
-    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques; bound: the
-    friction limit where it is not `friction` times pressure, for forces alone.
+    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques;
+    friction_limit: where it is not `friction` times pressure, for forces alone.
     """
 
     hertz: HertzContact
@@ -71,12 +71,12 @@ class CyclicLoading(MasingPath["CattaneoMindlin | LubkinContact | RimSlip"]):
     compliance: float
     direction: tuple[float, float] | None
     path: tuple[float, ...]
-    bound: RimSlipBound | None = None
+    friction_limit: RimFrictionLimit | None = None
 
     @property
     def source(self) -> str:
         """The authors of the solution."""
-        if self.bound is not None:
+        if self.friction_limit is not None:
             return "slip from the rim"
         return "Lubkin" if self.direction is None else "Cattaneo-Mindlin"
 
@@ -97,8 +97,8 @@ class CyclicLoading(MasingPath["CattaneoMindlin | LubkinContact | RimSlip"]):
         """The force mu P, or a torque just below gross slip."""
         if self.direction is None:
             return gross_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
-        if self.bound is not None:
-            return self.bound.gross_slip_force
+        if self.friction_limit is not None:
+            return self.friction_limit.gross_slip_force
         return self.friction * self.hertz.load
 
     @property
@@ -114,8 +114,8 @@ class CyclicLoading(MasingPath["CattaneoMindlin | LubkinContact | RimSlip"]):
         return self._under_force(within)
 
     def _under_force(self, load: float) -> CattaneoMindlin | RimSlip:
-        if self.bound is not None:
-            return self.bound.under(load)
+        if self.friction_limit is not None:
+            return self.friction_limit.under(load)
         return cattaneo_mindlin(self.hertz, self.friction, load, self.compliance)
 
     def dissipated_energy(self) -> float:

@@ -1,4 +1,4 @@
-"""Partial slip on line contacts of alike bodies, under a tangential force and bulk stress, all per mm of the line.
+"""Partial slip on line contacts of similar bodies, under a tangential force and bulk stress, all per mm of the line.
 
 Without bulk stress: Cattaneo and Mindlin as in Johnson, Contact Mechanics (1985), section 7.2, for a cylinder,
 Ciavarella (1998) and Jaeger (1998) for any other contact. Bulk stress strains the two surfaces differently, which

@@ -223,10 +223,10 @@ class ClosedForms:
         force = None if hertz is None else self._friction_on_contact(coefficient).gross_slip_force(hertz)
         if hertz is None or force is None:
             return math.inf, math.inf, None
-        bound = self._friction_on_contact().rim_slip(hertz, self.model.compliances.tangential)
-        if bound is None or self.model.coupled or self.model.bulk is not None:
+        limit = self._friction_on_contact().rim_slip(hertz, self.model.compliances.tangential)
+        if limit is None or self.model.coupled or self.model.bulk is not None:
             return force, math.inf, None
-        return force, bound.gross_slip_torque, bound.under(bound.gross_slip_force).delta_x
+        return force, limit.gross_slip_torque, limit.under(limit.gross_slip_force).delta_x
 
     def _friction_on_contact(self, coefficient: float | None = None) -> FrictionOnContact:
         from fretsolve.setup.friction_forms import FrictionOnContact  # few cases have such friction
@@ -262,8 +262,8 @@ class ClosedForms:
         found = cyclic_loading(circle, friction, compliances, (P, Qx, Qy, torque), (x, y))
         if found is None or not varies:
             return found
-        bound = None if found.direction is None else self._friction_on_contact().rim_slip(circle, compliances[0])
-        return None if bound is None else replace(found, bound=bound)
+        limit = None if found.direction is None else self._friction_on_contact().rim_slip(circle, compliances[0])
+        return None if limit is None else replace(found, friction_limit=limit)
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.

@@ -22,8 +22,8 @@ and the side over the width of such a line contact."""
 FEWEST_COARSE_POINTS, COARSENED, FREE_COARSE_CELLS = 8, 3, 1.0
 """Points per side of the coarsest run for error bars, at least, since with fewer a contact has no inside; by what they
 are fewer than those of the run; and cells of that grid to leave free on each side of the contact. With 0.67 of them,
-which AREA_MARGIN leaves, a coarse run found no solution in 28 of 140 contacts on 16 points (twelve surfaces, like and
-unlike bodies, pressed alone and sheared to 0.9 of mu P), with 1 in none of them."""
+which AREA_MARGIN leaves, a coarse run found no solution in 28 of 140 contacts on 16 points (twelve surfaces, similar
+and dissimilar bodies, pressed alone and sheared to 0.9 of mu P), with 1 in none of them."""
 
 
 def size_by_closed_form(forms: ClosedForms) -> Size | None:

@@ -53,8 +53,8 @@ as many in each where the pressure follows the shear."""
 
 CYCLES_PER_ROOT, CYCLES_PER_TOLERANCE, USUAL_CYCLES = 1.5, 0.1, 25
 """Solved cycles that stand for others: times the root of the tolerance, where 0.1 to 1.7 were measured; times the
-tolerance between unlike bodies, where a jump's error falls with its first power only; and at least, where 13 to 38 were
-measured at a tolerance of 1 %."""
+tolerance between dissimilar bodies, where a jump's error falls with its first power only; and at least, where 13 to 38
+were measured at a tolerance of 1 %."""
 
 COMPRESSION = 0.35
 """Size of the compressed fields over their size before, where the contact fills the grid."""

@@ -15,7 +15,7 @@ from fretsolve.friction.field import friction_field
 from fretsolve.friction.law import FrictionOnGrid
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.line import LineContact
-from fretsolve.reference.slip_from_rim import RimSlipBound
+from fretsolve.reference.slip_from_rim import RimFrictionLimit
 from fretsolve.system.arrays import DoubleArray
 
 ANGLES, RADII, NODES, LINE_POINTS = 32, 64, 400, 4000
@@ -86,7 +86,7 @@ class FrictionOnContact:
         limit = self.limit(x, y, _pressure(hertz, rho[:, None]))
         return math.pi * a * b * float(np.sum(weights * rho * limit.mean(axis=1)))
 
-    def rim_slip(self, hertz: HertzContact, compliance: float) -> RimSlipBound | None:
+    def rim_slip(self, hertz: HertzContact, compliance: float) -> RimFrictionLimit | None:
         """Return the limit for Abel's transform; None unless it is fixed, axisymmetric, and slip grows from the rim.
 
         compliance: the tangential one (1/MPa).
@@ -99,8 +99,8 @@ class FrictionOnContact:
         def on_radius(r: DoubleArray) -> DoubleArray:
             return self.limit(r, np.zeros_like(r), _pressure(hertz, r / a))
 
-        bound = RimSlipBound(on_radius, a, compliance)
-        return bound if bound.slips_from_rim else None
+        limit = RimFrictionLimit(on_radius, a, compliance)
+        return limit if limit.slips_from_rim else None
 
     def _is_axisymmetric(self, radius: float) -> bool:
         """Return whether the coefficient is a formula with one value all round, out to `radius` (mm)."""

@@ -120,8 +120,10 @@ class WornCycle:
 
     @cached_property
     def likely_limit(self) -> WornLimit | None:
-        """The worn limit of partial slip; where no closed form gives it, that of like bodies under P, as an estimate.
-        None of gross slip."""
+        """The worn limit of partial slip, estimated by similar bodies under P where no closed form gives it.
+
+        None of gross slip.
+        """
         if self.slides or self.limit is not None:
             return self.limit
         force, radius = abs(self.slip.shear_force), self.hertz.radii[0]
