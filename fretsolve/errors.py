@@ -17,7 +17,7 @@ KeyPath = tuple[str | int, ...]
 
 
 class FretsolveError(Exception):
-    """Base of all errors reported in one line without a traceback: a message, and where it arose as far as known."""
+    """Base of all errors reported in one line without a traceback."""
 
     exit_code = EXIT_BUG
 

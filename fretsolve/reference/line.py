@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from fretsolve.reference.hertz import growing_root, modulus
+from fretsolve.reference.elliptic import growing_root, modulus
 from fretsolve.system.arrays import DoubleArray
 
 NEAREST_ANGLE = 1e-9

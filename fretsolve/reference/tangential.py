@@ -15,7 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from fretsolve.reference.hertz import HertzContact, complete_integral, growing_root
+from fretsolve.reference.elliptic import complete_integral, growing_root
+from fretsolve.reference.hertz import HertzContact
 from fretsolve.system.arrays import DoubleArray
 
 
