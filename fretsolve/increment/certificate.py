@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
@@ -33,8 +33,7 @@ class Solution:
 
     pressure, uz: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
     motion: the same over the increment; previous_displacement: tangential, at the increment's start, less the mismatch
-    of the surfaces by bulk stress; mismatch: the largest one in the contact (mm); friction: in the increment, None for
-    the model's coefficient.
+    of the surfaces by bulk stress; friction: its limit in the increment; mismatch: the largest one in the contact (mm).
     """
 
     pressure: FloatArray
@@ -44,16 +43,17 @@ class Solution:
     rigid: Vector
     motion: Vector
     previous_displacement: FloatArray
-    mismatch: float = 0.0
-    friction: FrictionBound | None = None
+    friction: FrictionLimit
+    mismatch: float
 
-    def friction_limit(self, coefficient: float) -> FloatArray:
-        """Return the friction limit (nx, ny) in MPa; coefficient: the model's, largest one."""
-        return coefficient * self.pressure if self.friction is None else self.friction.limit(self.pressure)
+    @property
+    def friction_limit(self) -> FloatArray:
+        """The friction limit (nx, ny) in MPa."""
+        return self.friction.limit(self.pressure)
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Verification:
     """Results that follow from a `Solution`.
 
     gap: (nx, ny), mm; gap_scale: length that it is measured against (mm); slip: increment, (2, nx, ny), mm; zone:
@@ -68,7 +68,7 @@ class Evidence:
     certificate: Certificate
 
 
-class Examiner:
+class Verifier:
     """Checks solutions on one grid.
 
     separation: (nx, ny), undeformed; friction: the largest coefficient; tolerance: of the case, which limits what
@@ -93,10 +93,10 @@ class Examiner:
         reach = max(grid.size[0] - grid.dx, grid.size[1] - grid.dy, TINY) / 2.0
         self._arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
 
-    def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
+    def verify(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Verification:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
         contact = solution.pressure > 0.0
-        friction_limit = solution.friction_limit(self.friction)
+        friction_limit = solution.friction_limit
         # C2: gap (T1)
         gap = np.empty_like(self.separation)
         errors = self.gap_errors(solution, gap)
@@ -118,19 +118,19 @@ class Examiner:
             bound=excess,
             load=self._load_residual(solution.rigid, resultants, carried, normal, tangential),
         )
-        return Evidence(gap, errors.gap_scale, slip, zone, resultants, certificate)
+        return Verification(gap, errors.gap_scale, slip, zone, resultants, certificate)
 
     def gap_errors(self, solution: Solution, gap: FloatArray) -> GapErrors:
         """Write the gap (nx, ny) of a solution and return its errors with their scale."""
         contact = solution.pressure > 0.0
         return self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
 
-    def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
+    def lost_in_rounding(self, solution: Solution, found: Verification) -> str:
         """Describe the rounding that keeps gap or slip above the tolerance; return "" if it is not rounding."""
-        certificate = evidence.certificate
+        certificate = found.certificate
         farthest = self.grid.farthest
         if certificate.gap > self.tolerance:
-            error = certificate.gap * evidence.gap_scale
+            error = certificate.gap * found.gap_scale
             lengths = {
                 "heights": float(np.max(np.abs(self.separation), where=solution.pressure > 0.0, initial=0.0)),
                 "delta_z": abs(float(solution.rigid[0])),
@@ -139,7 +139,7 @@ class Examiner:
             elastic = {"elastic displacements": float(np.abs(solution.uz).max())}
             return named_rounding(error, elastic, self.precision) or named_rounding(error, lengths)
         if max(certificate.stick, certificate.slip) > self.tolerance:
-            motion, slip = self.slip_scales(solution, float(vector_lengths(evidence.slip).max()))
+            motion, slip = self.slip_scales(solution, float(vector_lengths(found.slip).max()))
             error = max(certificate.stick * motion, certificate.slip * slip)
             lengths = {
                 "delta_x and delta_y": float(np.abs(solution.rigid[3:5]).max()),

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.elastic.rounding import LEAST_MOTION, circle_width, slips
-from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.result.state import nothing
 from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 def coupled_problem(
     separation: FloatArray,
-    friction: FrictionBound,
     increment: Increment,
+    tangential: LoadControl,
     start: InitialState,
     work: WorkingState,
     least_slip: float,
@@ -31,8 +31,8 @@ def coupled_problem(
 ) -> CoupledProblem:
     """Return an increment as a problem of pressure and shear together.
 
-    separation: (nx, ny), undeformed; work: the state that the staggered iterations start with; least_slip: least scale
-    of slips (mm); precision: of the elastic operator.
+    separation: (nx, ny), undeformed; tangential: what is imposed, displacements as increments; work: the state that the
+    staggered iterations start with; least_slip: least scale of slips (mm); precision: of the elastic operator.
     """
     # tractions whose elastic slip since the start is known: none in double precision; in single precision, where the
     # difference of two displacements would lose the slip, those that the staggered iterations start with
@@ -47,9 +47,9 @@ def coupled_problem(
         shear=shear,
         elastic_slip=elastic_slip,
         before=start.rigid[:3],
-        friction=friction,
+        friction=start.friction,
         normal=increment.normal,
-        tangential=increment.tangential.relative_to(start.rigid[3:]),
+        tangential=tangential,
         motion=max(LEAST_MOTION * start.largest_displacement, start.largest_mismatch(work.pressure), least_slip),
         least_slip=least_slip,
     )

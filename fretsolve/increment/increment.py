@@ -10,9 +10,9 @@ import numpy as np
 from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError, NotConvergedError
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
-from fretsolve.increment.certificate import Evidence, Examiner, Solution
+from fretsolve.increment.certificate import Solution, Verification, Verifier
 from fretsolve.increment.failure_reasons import ADVICE, TOO_FEW_DIGITS
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import require_inside, require_supported
@@ -36,14 +36,12 @@ and 5 % fewer on 256; half and twice of it save half as much."""
 
 
 @dataclass(frozen=True)
-class Solved:
+class Solved(Solution, Verification):
     """A certified increment and its cost.
 
     operator_applications: in parts of one on the whole grid where they are on smaller grids, rounded up.
     """
 
-    solution: Solution
-    evidence: Evidence
     iterations_normal: int
     iterations_tangential: int
     staggered_iterations: int
@@ -53,7 +51,7 @@ class Solved:
 class IncrementSolver:
     """Solves the increments of one problem: grid, model, and separation (nx, ny) of the undeformed surfaces."""
 
-    _examiner_type: type[Examiner] = Examiner
+    _verifier_type: type[Verifier] = Verifier
 
     def __init__(
         self,
@@ -72,7 +70,7 @@ class IncrementSolver:
         self._precision, self._single = precision, precision is np.float32
         self.team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self.team, precision)
-        self._examiner = self._examiner_type(
+        self._verifier = self._verifier_type(
             separation, model.friction, grid, tolerance, model.may_slip, precision, self.level.operator.kernels
         )
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
@@ -103,7 +101,7 @@ class IncrementSolver:
         require_supported(increment.normal, self.separation, self.grid)
         work = self._estimate(increment, start, afresh)
         if start.trend is not None:
-            start = _follow(start.trend, start, work, start.friction or FrictionBound(self.model.friction))
+            start = _follow(start.trend, start, work, start.friction)
         expected = work.pressure > 0.0
         for _ in range(12):
             # solve on a region that holds the expected contact, and on a larger one if the contact leaves it
@@ -118,19 +116,25 @@ class IncrementSolver:
                 continue
             # C1: displacements of the tractions on the whole grid; C2 to C6: the certificate
             solution = self._solution(start, work)
-            evidence = self._examiner.examine(solution, increment.normal, increment.tangential)
-            if evidence.certificate.worst <= self.tolerance:
+            verified = self._verifier.verify(solution, increment.normal, increment.tangential)
+            if verified.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
-                iterations = work.iterations_normal, work.iterations_tangential, work.staggered_iterations
-                return Solved(solution, evidence, *iterations, math.ceil(round(self.applications - before, 6)))
+                return Solved(
+                    **vars(solution),
+                    **vars(verified),
+                    iterations_normal=work.iterations_normal,
+                    iterations_tangential=work.iterations_tangential,
+                    staggered_iterations=work.staggered_iterations,
+                    operator_applications=math.ceil(round(self.applications - before, 6)),
+                )
             # C7: try again with a larger region or a tighter target, unless rounding is the cause
-            rounding = self._examiner.lost_in_rounding(solution, evidence)
+            rounding = self._verifier.lost_in_rounding(solution, verified)
             if rounding:
                 break
-            expected |= evidence.gap < 0.0
+            expected |= verified.gap < 0.0
             if region.holds(expected):
                 target *= SOLVER_TOLERANCE_SHARE
-        raise NotConvergedError(self._why_not_certified(evidence.certificate, rounding))
+        raise NotConvergedError(self._why_not_certified(verified.certificate, rounding))
 
     @property
     def applications(self) -> float:
@@ -203,10 +207,10 @@ class IncrementSolver:
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
         work.slipping = None if work.slipping is None else work.slipping[cells]
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
-        friction = None if start.friction is None else start.friction.part(cells)
+        friction = start.friction.part(cells)
         gap = None if start.gap is None else start.gap[cells]
         return InitialState(
-            pressure, shear, displacement, start.rigid, start.normal, elastic_slip, mismatch, friction=friction, gap=gap
+            pressure, shear, displacement, start.rigid, friction, start.normal, elastic_slip, mismatch, gap=gap
         )
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
@@ -245,7 +249,7 @@ class IncrementSolver:
         motion = work.rigid - start.rigid
         mismatch = start.largest_mismatch(work.pressure)
         tractions = work.pressure, work.shear
-        return Solution(*tractions, uz, displacement, work.rigid, motion, previous, mismatch, start.friction)
+        return Solution(*tractions, uz, displacement, work.rigid, motion, previous, start.friction, mismatch)
 
     def _moved(self, start: InitialState, work: WorkingState) -> FloatArray:
         """Return the change (2, nx, ny) of the tangential displacement since the start, and the mismatch added to it.
@@ -273,7 +277,7 @@ class IncrementSolver:
         return f"{missed}; {TOO_FEW_DIGITS if self._single else ''}{ADVICE}"
 
 
-def _follow(trend: Trend, start: InitialState, work: WorkingState, friction: FrictionBound) -> InitialState:
+def _follow(trend: Trend, start: InitialState, work: WorkingState, friction: FrictionLimit) -> InitialState:
     """Add the trend to the tractions of `work`, and return the start with the elastic slip that this means, if known.
 
     Slip zones spread much as they did over the increment before, so fewer iterations are needed: in mode I.3 a tenth

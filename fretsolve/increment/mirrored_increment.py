@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import NoSolutionError
-from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.working_state import InitialState, Trend
 from fretsolve.model.grid import HalfGrid
@@ -75,7 +74,7 @@ class MirroredIncrementSolver(IncrementSolver):
             return replace(solved, operator_applications=solved.operator_applications + spent)
         applications = math.ceil(round(0.5 * (self._half.applications - before), 6))
         solved = replace(self._whole(solved, start), operator_applications=applications)
-        self._last = solved.solution.pressure, solved.solution.shear, solved.solution.displacement
+        self._last = solved.pressure, solved.shear, solved.displacement
         return solved
 
     def _release_half(self) -> None:
@@ -85,19 +84,15 @@ class MirroredIncrementSolver(IncrementSolver):
 
     def _whole(self, solved: Solved, start: InitialState) -> Solved:
         """Return an increment of one half as one of the whole grid."""
-        one, evidence = solved.solution, solved.evidence
-        pressure, uz, gap, zone, shear, displacement, slip = self._unfolded(
-            one.pressure, one.uz, evidence.gap, evidence.zone, one.shear, one.displacement, evidence.slip
-        )
-        # in single precision the displacement before follows from that after the increment
-        previous = self._unfolded(one.previous_displacement)[0] if self._single else start.displacement
-        solution = Solution(
-            pressure, shear, uz, displacement, one.rigid, one.motion, previous, one.mismatch, start.friction
-        )
-        resultants = evidence.resultants.copy()
+        names = ["pressure", "uz", "gap", "zone", "shear", "displacement", "slip"]
+        # in single precision the displacement before the increment follows from the displacement after it
+        names += ["previous_displacement"] if self._single else []
+        halves = (getattr(solved, name) for name in names)
+        fields: dict[str, Any] = dict(zip(names, self._unfolded(*halves), strict=True))
+        fields.setdefault("previous_displacement", start.displacement)
+        resultants = solved.resultants.copy()
         resultants[ODD] = 0.0
-        found = Evidence(gap, evidence.gap_scale, slip, zone, resultants, evidence.certificate)
-        return replace(solved, solution=solution, evidence=found)
+        return replace(solved, **fields, friction=start.friction, resultants=resultants)
 
     def _unfolded(self, *halves: NDArray[Any]) -> list[NDArray[Any]]:
         """Return the whole of fields (nx, ny/2), even in y, and of tangential fields (2, nx, ny/2), odd along y."""
@@ -131,7 +126,7 @@ def _is_even(increment: Increment, start: InitialState, follows: bool) -> bool:
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
         if any(control.values[mode] for mode in odd):
             return False
-    coefficient = 0.0 if start.friction is None else start.friction.coefficient
+    coefficient = start.friction.coefficient
     fields = [start.elastic_slip, start.mismatch]
     fields += [] if follows else [start.pressure, start.shear, start.displacement]
     fields += [] if isinstance(coefficient, float) else [coefficient]
@@ -171,7 +166,7 @@ def _half_of_start(start: InitialState, follows: bool) -> InitialState:
         change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
         trend = Trend(start.trend.factor, change, start.trend.rigid)
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
-    friction = None if start.friction is None else start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
+    friction = start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
     names = "pressure", "shear", "displacement", "elastic_slip", "mismatch", "gap"
     fields: dict[str, Any] = {
         name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None

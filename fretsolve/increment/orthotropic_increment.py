@@ -41,15 +41,14 @@ class OrthotropicIncrementSolver(IncrementSolver):
             carried = re.sub(r" \(.*?\)", "", error.message.partition(":")[2], count=1)
             error.message = f"gross slip under {named}:{carried}"
             raise
-        solution, evidence = solved.solution, solved.evidence
-        shear, slip = scale.times(solution.shear), scale.inverse.times(evidence.slip)
-        resultants = np.concatenate([evidence.resultants[:3], self._examiner.tangential.resultants(shear)])
-        true = replace(
-            solution,
+        shear = scale.times(solved.shear)
+        return replace(
+            solved,
             shear=shear,
-            displacement=scale.inverse.times(solution.displacement),
+            displacement=scale.inverse.times(solved.displacement),
             previous_displacement=start.displacement,
-            rigid=scale.inverse.times_motion(solution.rigid),
-            motion=scale.inverse.times_motion(solution.motion),
+            rigid=scale.inverse.times_motion(solved.rigid),
+            motion=scale.inverse.times_motion(solved.motion),
+            slip=scale.inverse.times(solved.slip),
+            resultants=np.concatenate([solved.resultants[:3], self._verifier.tangential.resultants(shear)]),
         )
-        return replace(solved, solution=true, evidence=replace(evidence, slip=slip, resultants=resultants))

@@ -10,7 +10,6 @@ import numpy as np
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
 from fretsolve.increment.failure_reasons import is_far, why_not_pressed, why_not_settled, why_not_sheared
 from fretsolve.increment.grid_hierarchy import MOST_DIRECT_CELLS, GridLevel
@@ -66,13 +65,13 @@ class StaggeredIteration:
         self._least_slip = least_slip(
             start.largest_displacement, start.rigid, self.level.grid.farthest, self._tolerance
         )
-        self._friction, problem = start.friction or FrictionBound(self.model.friction), None
+        problem, self._friction = None, start.friction
         self._control = increment.tangential.relative_to(start.rigid[3:])
-        if start.friction is not None and self._holds(increment, start, work):
+        if start.friction.varied and self._holds(increment, start, work):
             return
         if self.model.has_shear and not is_far(increment.tangential, self.level.grid):
             least, precision = self._least_slip, self.level.operator.dtype
-            problem = coupled_problem(self._undeformed, self._friction, increment, start, work, least, precision)
+            problem = coupled_problem(self._undeformed, increment, self._control, start, work, least, precision)
 
         def solved_together() -> bool:
             most = self.max_iterations
@@ -164,7 +163,7 @@ class StaggeredIteration:
             self._touch(increment, work)
             if not self._few_touch(work):
                 return False
-        arguments = self._undeformed, self._friction, increment, start, work, self._least_slip
+        arguments = self._undeformed, increment, self._control, start, work, self._least_slip
         problem = coupled_problem(*arguments, self.level.operator.dtype)
         presses = self._coupled or start.normal != increment.normal
         slides = self._must_solve_shear(increment, start, work)
@@ -287,7 +286,7 @@ class StaggeredIteration:
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
             capacity = float(self._friction_limit.sum()) * self.level.grid.cell_area
-            raise gross_slip_error(imposed, factor, capacity, self.model.line, start.friction is not None)
+            raise gross_slip_error(imposed, factor, capacity, self.model.line, start.friction.varied)
         return control.with_loads_scaled(0.999 * factor)
 
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Change
 from fretsolve.system.arrays import BoolArray, FloatArray, Vector
@@ -33,23 +33,23 @@ class InitialState:
     """State at the start of an increment.
 
     pressure: (nx, ny); shear, displacement: tangential, (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
-    phi_z; normal: what was imposed on the normal problem; elastic_slip: (2, nx, ny), at the tractions that the
-    staggered iterations start with, where it is not 0 and `displacement` does not resolve it; mismatch: (2, nx, ny), of
-    the surfaces by bulk stress in the increment, which has been taken from `displacement` and `elastic_slip`; trend:
-    what the increment is expected to change, None where the staggered iterations start from the increment's start;
-    friction: in the increment, None for the model's coefficient; gap: (nx, ny), between surfaces of the same
-    undeformed separation, None where it does not tell the normal displacement.
+    phi_z; friction: its limit in the increment; normal: what was imposed on the normal problem; elastic_slip:
+    (2, nx, ny), at the tractions that the staggered iterations start with, where it is not 0 and `displacement` does
+    not resolve it; mismatch: (2, nx, ny), of the surfaces by bulk stress in the increment, which has been taken from
+    `displacement` and `elastic_slip`; trend: what the increment is expected to change, None where the staggered
+    iterations start from the increment's start; gap: (nx, ny), between surfaces of the same undeformed separation, None
+    where it does not tell the normal displacement.
     """
 
     pressure: FloatArray
     shear: FloatArray
     displacement: FloatArray
     rigid: Vector
+    friction: FrictionLimit
     normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
     mismatch: FloatArray | None = None
     trend: Trend | None = None
-    friction: FrictionBound | None = None
     gap: FloatArray | None = None
 
     @cached_property

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.friction.limit import FrictionOnGrid
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model, derive_model
@@ -24,7 +25,7 @@ from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.case.keys.wear_spec import WearSpec
-    from fretsolve.friction.law import FrictionLaw, FrictionOnGrid
+    from fretsolve.friction.law import FrictionLaw
     from fretsolve.setup.unresolved_heights import HeightMaps
     from fretsolve.wear.law import WearLaw
 
@@ -83,13 +84,13 @@ class ProblemSetup:
         cells = self.share_of_cells * self.grid.nx * self.grid.ny
         return seconds_saved(self.model, cells, self.load_path.increments)
 
-    def friction_on_grid(self) -> FrictionOnGrid | None:
-        """Return the friction law on the grid, None where friction is one coefficient.
+    def friction_on_grid(self) -> FrictionOnGrid:
+        """Return the friction on the grid, from which the friction limit of each increment follows.
 
         Raises CaseError where the coefficient is not one, or where a map does not give it on the contact.
         """
         if self.friction is None:
-            return None
+            return FrictionOnGrid(self.case.friction, varied=False)
         law = self.friction.on(self.grid)
         if law.unknown is not None and law.unknown.any():
             self._require_friction_in_contact(self.friction)

@@ -7,7 +7,6 @@ from functools import partial
 import numpy as np
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import Solved
 from fretsolve.result.state import Fields, Zone, nothing
 from fretsolve.setup.problem_setup import ProblemSetup
@@ -27,24 +26,23 @@ def fields_of(
     solved: Solved, before: Fields, setup: ProblemSetup, team: ThreadTeam
 ) -> tuple[Fields, FloatArray, float]:
     """Return fields and displacement after an increment, and the energy dissipated in it; team: shares a large grid."""
-    solution, evidence = solved.solution, solved.evidence
     slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
     if setup.model.may_slip:
         slip_path, work_density, work = _accumulate(solved, before, setup, team)
     kept = partial(_kept, precision=precision_of(setup))
-    friction, bound = _friction_fields(solution, setup)
+    friction, limit = _friction_fields(solved, setup)
     fields = Fields(
-        pressure=kept(solution.pressure),
-        shear=kept(solution.shear),
-        slip=kept(evidence.slip),
+        pressure=kept(solved.pressure),
+        shear=kept(solved.shear),
+        slip=kept(solved.slip),
         slip_path=kept(slip_path),
         work_density=kept(work_density),
-        zone=evidence.zone,
-        gap=kept(evidence.gap),
+        zone=solved.zone,
+        gap=kept(solved.gap),
         friction=None if friction is None else kept(friction),
-        shear_bound=None if bound is None else kept(bound),
+        shear_bound=None if limit is None else kept(limit),
     )
-    displacement = kept(solution.displacement)
+    displacement = kept(solved.displacement)
     displacement.flags.writeable = False
     return read_only(fields), displacement, work
 
@@ -57,17 +55,14 @@ def read_only(fields: Fields) -> Fields:
     return fields
 
 
-def _friction_fields(solution: Solution, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
+def _friction_fields(solved: Solved, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
     """Return the coefficient of friction and the friction limit (MPa), (nx, ny); None for what is not stored."""
-    stored, coefficient = setup.case.output.fields, setup.model.friction
-    friction = bound = None
-    if "friction" in stored and solution.friction is None:
-        friction = np.full(setup.grid.shape, coefficient)
-    elif "friction" in stored and solution.friction is not None:
-        friction = np.array(np.broadcast_to(solution.friction.coefficient_at(solution.pressure), setup.grid.shape))
+    stored, coefficient, limit = setup.case.output.fields, None, None
+    if "friction" in stored:
+        coefficient = np.array(np.broadcast_to(solved.friction.coefficient_at(solved.pressure), setup.grid.shape))
     if "shear_bound" in stored:
-        bound = solution.friction_limit(coefficient)
-    return friction, bound
+        limit = solved.friction_limit
+    return coefficient, limit
 
 
 def precision_of(setup: ProblemSetup) -> type[np.floating]:
@@ -89,20 +84,19 @@ def _accumulate(
 
     Turns the slip of the increment in `solved` into the slip since the start, in place.
     """
-    solution, evidence = solved.solution, solved.evidence
-    slip, friction, bound = evidence.slip, setup.model.friction, solution.friction
+    slip, friction = solved.slip, solved.friction
     modulus, orthotropy = setup.model.compliances.contact_modulus, setup.model.orthotropy
-    parted = limit_to_contact(slip, before, solution, evidence, setup.grid, modulus)
+    parted = limit_to_contact(slip, before, solved, setup.grid, modulus)
     slip_path, work_density = np.empty(parted.shape), np.empty(parted.shape)
 
     def accumulate(rows: slice) -> float:
         """Fill some rows, and return the sum of their energy per area in the increment."""
-        moved, mean = slip[:, rows], mean_pressure(before.pressure[rows], solution.pressure[rows])
+        moved, mean = slip[:, rows], mean_pressure(before.pressure[rows], solved.pressure[rows])
         length = vector_lengths(moved)
-        energy = friction * mean if bound is None else bound.part(rows).limit(mean)
+        energy = friction.part(rows).limit(mean)
         energy *= length if orthotropy is None else vector_lengths(orthotropy.times(moved))
         # The slip of a sticking cell is the certificate's residual, not slip.
-        energy *= (evidence.zone[rows] == Zone.SLIP) | parted[rows]
+        energy *= (solved.zone[rows] == Zone.SLIP) | parted[rows]
         np.add(length, before.slip_path[rows], out=slip_path[rows])
         np.add(energy, before.work_density[rows], out=work_density[rows])
         moved += before.slip[:, rows]

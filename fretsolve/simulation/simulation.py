@@ -16,6 +16,7 @@ from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError
+from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
 from fretsolve.increment.working_state import InitialState, Trend
@@ -43,8 +44,6 @@ of the time, saved to 0.95, on 24 x 24 to 1.0. Of the increments that are saved 
 the estimate's part."""
 
 if TYPE_CHECKING:
-    from fretsolve.friction.bound import FrictionBound
-    from fretsolve.friction.law import FrictionOnGrid
     from fretsolve.simulation.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
 
@@ -102,17 +101,16 @@ def states_of(
         trend = _trend(change, path, summaries)
         try:
             coefficient = _coefficient(increment, setup, summaries)
-            bound = None if friction is None else _bound(friction, fields, coefficient, setup, contact.solver)
+            limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
             gap = fields.gap if step and starts_with_gap else None
-            kept = fields.pressure, fields.shear, displacement, rigid, before
-            begin = InitialState(*kept, trend=trend, friction=bound, gap=gap)
+            kept = fields.pressure, fields.shear, displacement, rigid, limit, before
+            begin = InitialState(*kept, trend=trend, gap=gap)
             if increment.stretch is not None:
                 begin = _with_mismatch(begin, increment.stretch, setup)
             if wear is not None:
                 begin = wear.begin(increment, begin, fields, path, summaries)
             solved = contact.solver.solve(increment, begin)
-            if friction is not None:
-                friction.require_known(solved.solution.pressure > 0.0, setup.grid, setup.case)
+            friction.require_known(solved.pressure > 0.0, setup.grid, setup.case)
         except NoSolutionError as error:
             locate(error, setup, increment)
             raise
@@ -133,7 +131,7 @@ def states_of(
         summary = contact.with_displacements(summary, solved)
         if wear is not None:
             mean = mean_pressure(last.pressure, fields.pressure)
-            summary = wear.count(summary, fields, solved.solution, mean)
+            summary = wear.count(summary, fields, solved, mean)
             fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
@@ -147,7 +145,7 @@ def increment_solver(
     """Return the solver of a problem's increments.
 
     separation: of the undeformed surfaces; to_map_end: whether the contact may reach the last cells of a height map, as
-    if it were the end of the material. Otherwise such an increment has no solution.
+    if it were the end of the material. Otherwise such an increment has no solved.
     """
     load_wisdom()
     border = None if to_map_end else map_border(setup.case.surface, setup.grid.x, setup.grid.y)
@@ -164,19 +162,19 @@ def increment_solver(
     )
 
 
-def _bound(
+def _friction_limit(
     friction: FrictionOnGrid, fields: Fields, coefficient: float | None, setup: ProblemSetup, solver: IncrementSolver
-) -> FrictionBound:
+) -> FrictionLimit:
     """Return the friction limit in an increment that starts from `fields`; coefficient: that the load path sets.
 
     Raises WeakeningError where friction falls so fast with slip that slip runs away.
     """
-    bound = friction.bound(fields, coefficient)
+    limit = friction.limit(fields, coefficient)
     if setup.model.friction_evolves:
         from fretsolve.friction.weakening import require_stable  # few cases need it
 
-        require_stable(setup.case.friction, fields.pressure, bound, solver.level.operator)
-    return bound
+        require_stable(setup.case.friction, fields.pressure, limit, solver.level.operator)
+    return limit
 
 
 def _with_mismatch(begin: InitialState, stretch: Vector, setup: ProblemSetup) -> InitialState:
@@ -241,19 +239,18 @@ def _rigid(summaries: Sequence[Summary]) -> Vector:
 
 def _change(initial: InitialState, solved: Solved, team: ThreadTeam) -> Change:
     """Return the change over an increment: of tractions in single precision, computed in double."""
-    solution = solved.solution
     change = Change(
-        pressure=np.empty(solution.pressure.shape, np.float32),
-        shear=np.empty(solution.shear.shape, np.float32),
-        displacement=np.empty(solution.displacement.shape),
+        pressure=np.empty(solved.pressure.shape, np.float32),
+        shear=np.empty(solved.shear.shape, np.float32),
+        displacement=np.empty(solved.displacement.shape),
     )
 
     def subtract(rows: slice) -> None:
         for name, found in vars(change).items():
-            after, before = getattr(solution, name), getattr(initial, name)
+            after, before = getattr(solved, name), getattr(initial, name)
             np.subtract(after[..., rows, :], before[..., rows, :], out=found[..., rows, :], casting="same_kind")
 
-    team.of_rows(solution.pressure.shape, subtract)
+    team.of_rows(solved.pressure.shape, subtract)
     for array in vars(change).values():
         array.flags.writeable = False
     return change
@@ -302,9 +299,8 @@ def _working_seconds() -> float:
 def _summary(
     solved: Solved, increment: Increment, sizes: dict[str, Any], work: float, work_total: float, wall_time: float
 ) -> Summary:
-    solution, zone = solved.solution, solved.evidence.zone
-    loads_and_motions = map(float, (*solved.evidence.resultants, *solution.rigid))
-    certificate = vars(solved.evidence.certificate).items()
+    zone, certificate = solved.zone, vars(solved.certificate).items()
+    loads_and_motions = map(float, (*solved.resultants, *solved.rigid))
     values: dict[str, Any] = {
         **dict(zip((*LOADS, *RIGID), loads_and_motions, strict=True)),
         **increment.bulk,
@@ -317,8 +313,8 @@ def _summary(
         **values,
         contact_cells=int(np.count_nonzero(zone)),
         stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
-        max_pressure=float(solution.pressure.max()),
-        max_shear=float(vector_lengths(solution.shear).max()),
+        max_pressure=float(solved.pressure.max()),
+        max_shear=float(vector_lengths(solved.shear).max()),
         work=work,
         work_total=work_total,
         iterations_normal=solved.iterations_normal,

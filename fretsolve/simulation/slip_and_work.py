@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.increment.certificate import Evidence, Solution
+from fretsolve.increment.increment import Solved
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import Fields, Zone
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray
@@ -27,28 +27,26 @@ LEVEL = 1e-8
 """Difference of the square of the pressure between neighbouring cells, over that square, up to which it is rounding."""
 
 
-def limit_to_contact(
-    slip: FloatArray, before: Fields, solution: Solution, evidence: Evidence, grid: Grid, contact_modulus: float
-) -> BoolArray:
+def limit_to_contact(slip: FloatArray, before: Fields, solved: Solved, grid: Grid, contact_modulus: float) -> BoolArray:
     """Limit `slip` in place to the time in contact, and return the cells that slipped while they opened, (nx, ny).
 
     slip: (2, nx, ny) in mm, increment of the cells in contact at the end, 0 elsewhere; opened cells get theirs.
-    before: at the start; solution, evidence: at the end; contact_modulus: E* (MPa).
+    before: at the start; solved: at the end; contact_modulus: E* (MPa).
     """
-    touched, touches = before.pressure > 0.0, solution.pressure > 0.0
+    touched, touches = before.pressure > 0.0, solved.pressure > 0.0
     row, column = np.nonzero(touches & ~touched)
     if row.size:
-        share = share_in_contact(solution.pressure, before.gap, (row, column), grid, contact_modulus)
+        share = share_in_contact(solved.pressure, before.gap, (row, column), grid, contact_modulus)
         slip[:, row, column] *= share
     opened = touched & ~touches
     if not opened.any():
         return opened
-    parted = slipped_apart(opened, evidence.zone, before.zone == Zone.SLIP)
+    parted = slipped_apart(opened, solved.zone, before.zone == Zone.SLIP)
     row, column = np.nonzero(parted)
-    share = share_in_contact(before.pressure, evidence.gap, (row, column), grid, contact_modulus)
-    recovered = solution.previous_displacement[:, row, column] - solution.displacement[:, row, column]
+    share = share_in_contact(before.pressure, solved.gap, (row, column), grid, contact_modulus)
+    recovered = solved.previous_displacement[:, row, column] - solved.displacement[:, row, column]
     slip[:, row, column] = share * recovered
-    moved_x, moved_y, turned = solution.motion[3:]
+    moved_x, moved_y, turned = solved.motion[3:]
     slip[0, row, column] += share * (moved_x - turned * grid.y[column])
     slip[1, row, column] += share * (moved_y + turned * grid.x[row])
     return parted

@@ -13,7 +13,7 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import CoupledEquations
@@ -45,7 +45,7 @@ class CoupledProblem:
     shear: FloatArray
     elastic_slip: FloatArray
     before: Vector
-    friction: FrictionBound
+    friction: FrictionLimit
     normal: LoadControl
     tangential: LoadControl
     motion: float

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.result.state import WearState
 from fretsolve.system.arrays import DoubleArray, FloatArray
 from fretsolve.wear.law import WearLaw
@@ -39,8 +39,8 @@ class Rates:
     energy: FloatArray | float
 
 
-def rates_of(law: WearLaw, bound: FrictionBound, pressure: FloatArray, state: WearState) -> Rates:
-    """Return the wear of the cycle that has just ended. pressure: at its end (MPa); bound: the friction limit.
+def rates_of(law: WearLaw, friction: FrictionLimit, pressure: FloatArray, state: WearState) -> Rates:
+    """Return the wear of the cycle that has just ended. pressure: at its end (MPa); friction: its limit.
 
     Cells that touch wear by what they have worn. Those that do not, by their way past the other surface, which goes on
     smoothly beyond the contact's edge: so wear takes part in a jump where the contact grows.
@@ -48,12 +48,12 @@ def rates_of(law: WearLaw, bound: FrictionBound, pressure: FloatArray, state: We
     worn, touching = state.depth - state.mark, pressure > 0.0
     mean = float(pressure.sum()) / max(int(np.count_nonzero(touching)), 1)
     firm = np.maximum(pressure, LEAST_PRESSURE * mean)
-    per_path = law.depth(bound.limit(firm), np.ones_like(firm), firm) / firm
+    per_path = law.depth(friction.limit(firm), np.ones_like(firm), firm) / firm
     of_path = per_path * state.path
     of_pressure = np.divide(worn, pressure, out=np.zeros_like(worn), where=touching)
     rate = np.where(touching, np.minimum(of_pressure, MOST_RATE * of_path), of_path)
     rest = np.maximum(worn - rate * pressure, 0.0)
-    return Rates(rate, rest, law.energy_per_depth(bound.limit(firm), firm))
+    return Rates(rate, rest, law.energy_per_depth(friction.limit(firm), firm))
 
 
 def owed(rate: DoubleArray, jump_before: float, state: WearState) -> DoubleArray:

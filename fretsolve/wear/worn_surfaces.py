@@ -15,8 +15,7 @@ import numpy as np
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.friction.bound import FrictionBound
-from fretsolve.friction.running_in import cycles_of_little_change
+from fretsolve.friction.weakening import cycles_of_little_change
 from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
 from fretsolve.increment.working_state import InitialState
@@ -120,7 +119,7 @@ class WornSurfaces:
         """Change the profile by the wear of the cycles that the last one stands for."""
         state, pressure = self.state, fields.pressure.astype(np.float64)
         # 1. wear of the cycle, and how many it stands for
-        rates = rates_of(self._law, start.friction or FrictionBound(self._solver.model.friction), pressure, state)
+        rates = rates_of(self._law, start.friction, pressure, state)
         cycles, path = progress.solved(cycle), np.where(pressure > 0.0, state.path, 0.0)
         dissipated, done = (state.depth - state.mark) * rates.energy, progress.history[-1].cycles
         steady = cycles_of_little_change(self._friction, done, fields, dissipated, path)
@@ -250,8 +249,7 @@ class WornSurfaces:
         if last <= 1.0:
             return summary
         pressure = solution.pressure
-        bound = solution.friction or FrictionBound(self._solver.model.friction)
-        rate = rates_of(self._law, bound, pressure, self.state).rate
+        rate = rates_of(self._law, solution.friction, pressure, self.state).rate
         missing = float(np.abs(owed(rate, last, self.state) * pressure).sum()) * self._solver.grid.cell_area
         return replace(summary, wear_error=summary.wear_error + ERROR_SHARE * missing)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fretsolve.case.keys.friction_spec import FrictionSpec
-from fretsolve.friction.running_in import cycles_of_little_change
+from fretsolve.friction.weakening import cycles_of_little_change
 from fretsolve.result.state import Fields, nothing
 
 

@@ -14,7 +14,7 @@ from fretsolve import run
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
-from fretsolve.friction.law import FrictionOnGrid
+from fretsolve.friction.limit import FrictionOnGrid
 from fretsolve.friction.weakening import fall_per_slip, largest_growth
 from fretsolve.model.required_terms import derive_model
 from fretsolve.setup.problem_setup import set_up
@@ -50,10 +50,10 @@ def test_fall_is_the_derivative_of_the_limit_by_slip(scale, more):
     spec = FrictionSpec.model_validate({"initial": 0.3, "final": 0.1, scale: 2.0, **more})
     law, (state,) = FrictionOnGrid(spec), solve(grid={"points": 16})
     before = replace(state.fields, slip_path=np.full((16, 16), 0.5), work_density=np.full((16, 16), 0.8))
-    bound = law.bound(before)
+    bound = law.limit(before)
     limit, slip = bound.limit(before.pressure), 1e-6
     after = replace(before, slip_path=before.slip_path + slip, work_density=before.work_density + slip * limit)
-    fall = (limit - law.bound(after).limit(before.pressure)) / slip
+    fall = (limit - law.limit(after).limit(before.pressure)) / slip
     found = fall_per_slip(spec, before.pressure, bound)
     assert found == pytest.approx(fall, rel=1e-3, abs=1e-6 * fall.max())
     assert (found == 0.0).any() and (found > 0.0).any()
@@ -62,7 +62,7 @@ def test_fall_is_the_derivative_of_the_limit_by_slip(scale, more):
 def test_friction_that_rises_does_not_fall():
     (state,) = solve(grid={"points": 16})
     rising = FrictionSpec(initial=0.1, final=0.3, slip=2.0)
-    bound = FrictionOnGrid(rising).bound(state.fields)
+    bound = FrictionOnGrid(rising).limit(state.fields)
     assert fall_per_slip(rising, state.fields.pressure, bound) is None
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment.bulk_mismatch import with_mismatch
 from fretsolve.increment.working_state import InitialState
 from fretsolve.model.grid import Grid
@@ -15,7 +16,7 @@ STRETCH = np.array([2e-4, -1e-4, 5e-5])
 
 def start_under(pressure: np.ndarray) -> InitialState:
     displacement = np.random.default_rng(6).normal(size=(2, *pressure.shape)) * 1e-4
-    return InitialState(pressure, np.zeros((2, *pressure.shape)), displacement, np.arange(6) * 1e-3)
+    return InitialState(pressure, np.zeros((2, *pressure.shape)), displacement, np.arange(6) * 1e-3, FrictionLimit(0.5))
 
 
 @pytest.mark.parametrize("turns", [True, False])

@@ -7,6 +7,7 @@ import pytest
 from solving import DISSIMILAR, build
 
 from fretsolve.elastic.thread_team import ThreadTeam
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.sheared_surfaces import ShearedSurfaces
 from fretsolve.increment.working_state import InitialState, WorkingState
@@ -24,7 +25,7 @@ def states(level: GridLevel) -> tuple[InitialState, WorkingState]:
     pressure = np.zeros(level.grid.shape)
     pressure[5:11, 4:12] = 300.0
     shear = 30.0 * random.normal(size=(2, *level.grid.shape)) * (pressure > 0.0)
-    start = InitialState(pressure, np.zeros_like(shear), np.zeros_like(shear), np.zeros(6))
+    start = InitialState(pressure, np.zeros_like(shear), np.zeros_like(shear), np.zeros(6), FrictionLimit(0.5))
     return start, WorkingState(pressure, shear, np.zeros(6), gap_scale=1e-3)
 
 
@@ -77,7 +78,7 @@ def test_a_gap_at_the_start_tells_the_displacement(level):
     by_pressure = np.empty(level.grid.shape)
     level.operator.normal(start.pressure, by_pressure)
     gap = undeformed + by_pressure + both - rigid[0]
-    known = InitialState(start.pressure, work.shear, start.displacement, rigid, gap=gap)
+    known = InitialState(start.pressure, work.shear, start.displacement, rigid, start.friction, gap=gap)
     surfaces, borrowed = ShearedSurfaces(level, undeformed), np.empty(level.grid.shape)
     surfaces.begin(known, work, 1e-6, borrowed)
     np.testing.assert_allclose(surfaces.separation, undeformed, atol=1e-15)

@@ -11,7 +11,7 @@ from solving import DISSIMILAR, LOAD, RIGID, build, grid_of, solve_last
 import fretsolve.increment.staggered_iteration
 from fretsolve import run
 from fretsolve.errors import NotConvergedError
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
 from fretsolve.solvers.gmres import gmres
@@ -97,7 +97,7 @@ def test_parts_of_loads_and_displacements_are_the_same():
     plane, vector = np.zeros((3, 3)), np.zeros((2, 3, 3))
     normal = LoadControl((True, False, False), (LOAD, 0.0, 0.0))
     tangential = LoadControl((True, False, False), (20.0, 1e-4, 0.0))
-    fields, friction = (plane, plane, vector, vector), FrictionBound(0.1)
+    fields, friction = (plane, plane, vector, vector), FrictionLimit(0.1)
     problem = CoupledProblem(*fields, np.zeros(3), friction, normal, tangential, 1e-6, 0.0)
     solver = Reluctant()
     start = CoupledState(plane, vector, plane > 0.0, vector, np.zeros(6))

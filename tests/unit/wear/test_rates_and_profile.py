@@ -9,7 +9,7 @@ from solving import build
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NotConvergedError
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
@@ -38,28 +38,28 @@ class TestRates:
     def test_cells_that_touch_wear_by_what_they_have_worn(self):
         """With Archard's law the depth per pressure is k times the path, touching or not."""
         state = state_of(ARCHARD.k * self.pressure * self.path, self.path)
-        rates = rates_of(ARCHARD, FrictionBound(0.4), self.pressure, state)
+        rates = rates_of(ARCHARD, FrictionLimit(0.4), self.pressure, state)
         np.testing.assert_allclose(rates.rate, ARCHARD.k * self.path, rtol=1e-12)
         np.testing.assert_allclose(rates.rest, 0.0, atol=1e-20)
         np.testing.assert_allclose(rates.energy, 0.4 / ARCHARD.k, rtol=1e-12)
 
     def test_only_the_last_cycle_counts(self):
         worn = ENERGY.alpha * 0.4 * self.pressure * self.path
-        rates = rates_of(ENERGY, FrictionBound(0.4), self.pressure, state_of(worn + 1e-3, self.path, mark=1e-3))
+        rates = rates_of(ENERGY, FrictionLimit(0.4), self.pressure, state_of(worn + 1e-3, self.path, mark=1e-3))
         np.testing.assert_allclose(rates.rate, 0.4 * ENERGY.alpha * self.path, rtol=1e-9)
         assert rates.energy == pytest.approx(1.0 / ENERGY.alpha)
 
     def test_a_large_rate_is_limited_and_the_rest_worn_at_any_pressure(self):
         of_path = 0.4 * ENERGY.alpha * self.path
         worn = np.where(self.pressure > 0.0, 10.0 * of_path * self.pressure, 0.0)
-        rates = rates_of(ENERGY, FrictionBound(0.4), self.pressure, state_of(worn, self.path))
+        rates = rates_of(ENERGY, FrictionLimit(0.4), self.pressure, state_of(worn, self.path))
         touching = self.pressure > 0.0
         np.testing.assert_allclose(rates.rate, np.where(touching, MOST_RATE, 1.0) * of_path, rtol=1e-12)
         np.testing.assert_allclose(rates.rest, np.where(touching, 10.0 - MOST_RATE, 0.0) * of_path * self.pressure)
 
     def test_a_power_of_the_pressure_has_a_least_one(self):
         law = WearLaw("archard", k=1e-8, exponent=2.0, reference_pressure=10.0)
-        rates = rates_of(law, FrictionBound(0.4), self.pressure, state_of(np.zeros((2, 2)), self.path))
+        rates = rates_of(law, FrictionLimit(0.4), self.pressure, state_of(np.zeros((2, 2)), self.path))
         mean = self.pressure.sum() / 3
         assert rates.rate[1, 1] == pytest.approx(1e-8 * LEAST_PRESSURE * mean / 10.0 * self.path[1, 1])
 
