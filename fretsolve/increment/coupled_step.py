@@ -103,9 +103,8 @@ def solve_directly(
 
     rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
     estimate = DirectSolution(work.pressure, work.shear, rigid)
-    slipping = False if work.slipping is None else work.slipping
     with on_one_thread():
-        found = solver.solve(problem, estimate, target, slipping, presses=presses, slides=slides)
+        found = solver.solve(problem, estimate, target, presses=presses, slides=slides)
     work.iterations_normal += solver.pressings
     work.iterations_tangential += solver.slidings
     if found is None:

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.errors import NoSolutionError, NotConvergedError
-from fretsolve.friction.limit import FrictionLimit
+from fretsolve.errors import NotConvergedError
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Solution, Verification, Verifier
 from fretsolve.increment.failure_reasons import ADVICE, TOO_FEW_DIGITS
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.load_checks import require_inside, require_supported
 from fretsolve.increment.staggered_iteration import StaggeredIteration
-from fretsolve.increment.working_state import InitialState, Trend, WorkingState
+from fretsolve.increment.working_state import InitialState, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.model.load_path import Increment
@@ -26,13 +24,7 @@ from fretsolve.result.state import Certificate, nothing
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 SOLVER_TOLERANCE_SHARE = 0.3
-"""Tolerance of the solvers over that of the case: their residuals and those of the certificate differ a little."""
-
-
-ZONES_AHEAD = 1.5
-"""Part of the trend of the shear by which slip zones are estimated ahead of it: near the edge of a slip zone the shear
-grows faster than it did while the edge was farther away. Mode I.3 takes 1 % fewer applications on 96 and 128 points,
-and 5 % fewer on 256; half and twice of it save half as much."""
+"""Tolerance of the solvers over the case's tolerance: residuals of solvers and certificate differ a little."""
 
 
 @dataclass(frozen=True)
@@ -85,13 +77,9 @@ class IncrementSolver:
         before = self.applications
         try:
             return self._solve(increment, start, before)
-        except NoSolutionError as error:
-            presses = start.normal != increment.normal and start.pressure.any()
-            if start.trend is None and not (presses and isinstance(error, NotConvergedError)):
+        except NotConvergedError:
+            if start.normal == increment.normal or not start.pressure.any():
                 raise
-        # without the trend, since the start itself may be nearer to the solution
-        if start.trend is not None:
-            return self._solve(increment, replace(start, trend=None), before)
         # as if nothing had touched before, since the contact may move by more than its size
         return self._solve(increment, start, before, afresh=True)
 
@@ -100,8 +88,6 @@ class IncrementSolver:
         target, free = SOLVER_TOLERANCE_SHARE * self.tolerance, FREE_CELLS
         require_supported(increment.normal, self.separation, self.grid)
         work = self._estimate(increment, start, afresh)
-        if start.trend is not None:
-            start = _follow(start.trend, start, work, start.friction)
         expected = work.pressure > 0.0
         for _ in range(12):
             # solve on a region that holds the expected contact, and on a larger one if the contact leaves it
@@ -205,7 +191,6 @@ class IncrementSolver:
         elastic_slip = None if elastic_slip is None else elastic_slip[cells]
         mismatch = None if start.mismatch is None else start.mismatch[cells]
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
-        work.slipping = None if work.slipping is None else work.slipping[cells]
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
         friction = start.friction.part(cells)
         gap = None if start.gap is None else start.gap[cells]
@@ -221,7 +206,6 @@ class IncrementSolver:
             shear = np.zeros(shear.shape)
             shear[region.cells] = work.shear
         work.pressure, work.shear = pressure, shear
-        work.slipping = None  # the shear that was found shows better which cells slip
 
     def _own(self, shear: FloatArray) -> FloatArray:
         """Return a copy to work in, if there may be shear."""
@@ -275,25 +259,3 @@ class IncrementSolver:
         if rounding:
             return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
         return f"{missed}; {TOO_FEW_DIGITS if self._single else ''}{ADVICE}"
-
-
-def _follow(trend: Trend, start: InitialState, work: WorkingState, friction: FrictionLimit) -> InitialState:
-    """Add the trend to the tractions of `work`, and return the start with the elastic slip that this means, if known.
-
-    Slip zones spread much as they did over the increment before, so fewer iterations are needed: in mode I.3 a tenth
-    less applications on 64 x 64 points, a sixth less on 128 x 128. Elastic displacements are linear in the tractions,
-    so no convolution is needed. Where the normal load changes, the pressure of `work` comes from coarser grids, and the
-    trend of the shear alone is followed.
-    """
-    change = trend.change
-    step = trend.factor * change.shear
-    work.shear += step
-    if work.slip_is_known:
-        work.pressure += trend.factor * change.pressure
-        work.rigid += trend.factor * trend.rigid
-        start = replace(start, elastic_slip=-trend.factor * change.displacement)
-    else:
-        work.rigid[3:] += trend.factor * trend.rigid[3:]
-    step *= ZONES_AHEAD
-    work.slipping = slips(work.shear + step, friction.limit(work.pressure), 0.0)
-    return start

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.increment.working_state import InitialState
 from fretsolve.model.grid import HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
-from fretsolve.result.state import Change, nothing
+from fretsolve.result.state import nothing
 from fretsolve.system.arrays import FloatArray, is_even_field
 
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
@@ -64,7 +64,7 @@ class MirroredIncrementSolver(IncrementSolver):
         before = self._half.applications
         normal, tangential = _even_part(increment.normal, ODD_NORMAL), _even_part(increment.tangential, ODD_TANGENTIAL)
         try:
-            part = _half_of_start(start, follows)
+            part = _half_of_start(start)
             solved = self._half.solve(replace(increment, normal=normal, tangential=tangential), part)
         except NoSolutionError:
             # the whole grid tells the reason in its own terms
@@ -159,16 +159,12 @@ def _half_of(field: NDArray[Any]) -> NDArray[Any]:
     return field[..., field.shape[-1] // 2 :]
 
 
-def _half_of_start(start: InitialState, follows: bool) -> InitialState:
-    """Return the half y > 0 of a start; follows: its trend is between two mirror images."""
-    trend = None
-    if start.trend is not None and (follows or _are_even(start.trend.change.pressure, start.trend.change.shear)):
-        change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
-        trend = Trend(start.trend.factor, change, start.trend.rigid)
+def _half_of_start(start: InitialState) -> InitialState:
+    """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
     friction = start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
     names = "pressure", "shear", "displacement", "elastic_slip", "mismatch", "gap"
     fields: dict[str, Any] = {
         name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None
     }
-    return replace(start, **fields, normal=normal, trend=trend, friction=friction)
+    return replace(start, **fields, normal=normal, friction=friction)

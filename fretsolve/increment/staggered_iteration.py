@@ -38,9 +38,6 @@ MOST_STAGGERED_ITERATIONS = 200
 CONTRACTION = 0.02
 """Typical change of an iteration over that of the one before, by which the last iteration is foreseen (ST6)."""
 
-EXPECTED_SLIP = 0.1
-"""Scale of slips over the motion that the trend expects, before the first solve for the shear has found it."""
-
 
 class StaggeredIteration:
     """Solves increments on the grid of `level`; separation: (nx, ny), undeformed; tolerance: of the certificate."""
@@ -191,7 +188,7 @@ class StaggeredIteration:
         control = self._control
         if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
             return False
-        if not self.model.has_shear or not (work.shear == start.shear).all():
+        if not self.model.has_shear:
             return False
         limit = self._friction.limit(work.pressure, out=self._friction_limit)
         allowed = circle_width(self.level.operator.dtype) * float(limit.max())
@@ -209,10 +206,7 @@ class StaggeredIteration:
         work.gap_scale = 0.0
         if self.model.has_shear:
             limit = self._friction.limit(work.pressure, out=self._friction_limit)
-            slipping = slips(work.shear, limit, circle_width(self.level.operator.dtype))
-            if work.slipping is not None:
-                slipping |= work.slipping
-            self.level.tangential.slipping[:], work.slipping = slipping, None
+            self.level.tangential.slipping[:] = slips(work.shear, limit, circle_width(self.level.operator.dtype))
         if self._surfaces is not None:
             np.copyto(self._pressure, work.pressure)
             self._surfaces.begin(start, work, target, self._friction_limit)  # ST4 computes the friction limit anew
@@ -326,8 +320,7 @@ class StaggeredIteration:
             workspace = self.level.tangential.workspace
             change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
             np.copyto(self._pressure, work.pressure)
-            expected = EXPECTED_SLIP * float(np.abs(work.rigid - start.rigid)[3:5].max())
-            allowed = self._kept_tolerance * (self._last_slip_scale or expected)
+            allowed = self._kept_tolerance * self._last_slip_scale
             add_displacement(operator, type(operator).tangential_from_pressure, slip, change, workspace, allowed, -1.0)
         if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
             return None

@@ -9,23 +9,10 @@ import numpy as np
 
 from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.load_control import LoadControl
-from fretsolve.result.state import Change
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import FloatArray, Vector
 
 FIRST_TOLERANCE = 1e-2
 """Tolerance of the first staggered iteration of a coupled increment."""
-
-
-@dataclass(frozen=True)
-class Trend:
-    """Changes that are expected of an increment: `factor` times those over the increment before it.
-
-    rigid: the change of the rigid displacements, (6,).
-    """
-
-    factor: float
-    change: Change
-    rigid: Vector
 
 
 @dataclass(frozen=True)
@@ -36,8 +23,7 @@ class InitialState:
     phi_z; friction: its limit in the increment; normal: what was imposed on the normal problem; elastic_slip:
     (2, nx, ny), at the tractions that the staggered iterations start with, where it is not 0 and `displacement` does
     not resolve it; mismatch: (2, nx, ny), of the surfaces by bulk stress in the increment, which has been taken from
-    `displacement` and `elastic_slip`; trend: what the increment is expected to change, None where the staggered
-    iterations start from the increment's start; gap: (nx, ny), between surfaces of the same undeformed separation, None
+    `displacement` and `elastic_slip`; gap: (nx, ny), between surfaces of the same undeformed separation, None
     where it does not tell the normal displacement.
     """
 
@@ -49,7 +35,6 @@ class InitialState:
     normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
     mismatch: FloatArray | None = None
-    trend: Trend | None = None
     gap: FloatArray | None = None
 
     @cached_property
@@ -70,8 +55,7 @@ class WorkingState:
 
     slip_is_known: the elastic slip of the tractions is that of `InitialState`, 0 where this has none; gap_scale: length
     that the gap is measured against (mm); change: of the gap by the last change of the shear, over gap_scale;
-    coupled_step: the increment was solved by the coupled Newton method; slipping: cells (nx, ny) that are expected to
-    slip besides those that have reached the friction limit.
+    coupled_step: the increment was solved by the coupled Newton method.
     """
 
     pressure: FloatArray
@@ -84,4 +68,3 @@ class WorkingState:
     iterations_tangential: int = 0
     staggered_iterations: int = 0
     coupled_step: bool = False
-    slipping: BoolArray | None = None

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -14,16 +12,15 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
-from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError
 from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
 from fretsolve.increment.increment import IncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.increment.working_state import InitialState
 from fretsolve.kernels import load, readying_seconds
-from fretsolve.model.load_path import Increment, LoadPath
+from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import is_mirrored, map_border
-from fretsolve.result.state import Change, Fields, State, Summary, Zone
+from fretsolve.result.state import Fields, State, Summary, Zone
 from fretsolve.setup.mirror_images import may_be_mirrored
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
@@ -31,17 +28,6 @@ from fretsolve.simulation.located_errors import locate
 from fretsolve.simulation.slip_and_work import mean_pressure
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
-
-LARGEST_GROWTH = 3.0
-"""Load step over the one before it up to which an increment is estimated by that one."""
-
-LEAST_TOLERANCE = 1e-8
-"""Tolerance from which the rounding of `Change` does no harm."""
-
-LEAST_CELLS = 32 * 32
-"""Cells from which an increment of a run that may be saved is so estimated. On 32 x 32 cells it takes mode I.3 to 0.87
-of the time, saved to 0.95, on 24 x 24 to 1.0. Of the increments that are saved at once only the last one is saved with
-the estimate's part."""
 
 if TYPE_CHECKING:
     from fretsolve.simulation.zones.line_contact import LineContact
@@ -85,7 +71,6 @@ def states_of(
     team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
-    change = start.change if start is not None else None
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
     starts_with_gap = _starts_with_gap(setup)
     summaries = list(history)
@@ -98,13 +83,12 @@ def states_of(
         increment = path.increment(step, summaries)
         before = path.increment(step - 1, summaries).normal if step else None
         rigid = contact.rigid_start(fields, _rigid(summaries))
-        trend = _trend(change, path, summaries)
         try:
             coefficient = _coefficient(increment, setup, summaries)
             limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
             gap = fields.gap if step and starts_with_gap else None
             kept = fields.pressure, fields.shear, displacement, rigid, limit, before
-            begin = InitialState(*kept, trend=trend, gap=gap)
+            begin = InitialState(*kept, gap=gap)
             if increment.stretch is not None:
                 begin = _with_mismatch(begin, increment.stretch, setup)
             if wear is not None:
@@ -120,12 +104,8 @@ def states_of(
         sizes = UNMEASURED
         if measured is None or measured(step):
             sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
-        trend = change = None  # before the arrays of the new state are made
-        begin = replace(begin, trend=None)
         last = fields
         fields, displacement, work = fields_of(solved, last, setup, team)
-        has_trend = _has_trend(setup, path, step + 1, saved=measured is None)
-        change = _change(begin, solved, team) if has_trend else None
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
@@ -136,7 +116,7 @@ def states_of(
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         lost = lost or _loses_contact(summaries[-2:])
-        yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
+        yield State(summary, fields, displacement, wear=None if wear is None else wear.state)
 
 
 def increment_solver(
@@ -196,27 +176,6 @@ def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Su
     return friction.in_cycle((history[-1].cycles if history else 0.0) + 1.0)
 
 
-def _has_trend(setup: ProblemSetup, path: LoadPath, step: int, *, saved: bool) -> bool:
-    """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding.
-
-    saved: whether the states may be saved, which takes longer with the change of an increment.
-    """
-    model, solver, growth = setup.model, setup.case.solver, path.growth(step)
-    usual = model.has_shear and model.bulk is None and not model.line and model.orthotropy is None
-    usual = usual and (not saved or math.prod(setup.grid.shape) >= LEAST_CELLS)
-    accurate = solver.precision == "double" and solver.tolerance >= LEAST_TOLERANCE
-    return usual and accurate and growth is not None and growth <= LARGEST_GROWTH
-
-
-def _trend(change: Change | None, path: LoadPath, summaries: Sequence[Summary]) -> Trend | None:
-    """Return what the next increment is expected to change, from the change over the last one."""
-    if change is None:
-        return None
-    growth = path.growth(len(summaries))
-    assert growth is not None  # else there is no change
-    return Trend(growth, change, _rigid(summaries) - _rigid(summaries[:-1]))
-
-
 def _loses_contact(history: Sequence[Summary]) -> bool:
     """Return whether the contact was lost in one of some increments."""
     return any(before.contact_cells and not after.contact_cells for before, after in pairwise(history))
@@ -235,25 +194,6 @@ def _starts_with_gap(setup: ProblemSetup) -> bool:
 def _rigid(summaries: Sequence[Summary]) -> Vector:
     """Return the rigid displacements after the last of some increments, (6,)."""
     return np.array([getattr(summaries[-1], name) for name in RIGID]) if summaries else np.zeros(6)
-
-
-def _change(initial: InitialState, solved: Solved, team: ThreadTeam) -> Change:
-    """Return the change over an increment: of tractions in single precision, computed in double."""
-    change = Change(
-        pressure=np.empty(solved.pressure.shape, np.float32),
-        shear=np.empty(solved.shear.shape, np.float32),
-        displacement=np.empty(solved.displacement.shape),
-    )
-
-    def subtract(rows: slice) -> None:
-        for name, found in vars(change).items():
-            after, before = getattr(solved, name), getattr(initial, name)
-            np.subtract(after[..., rows, :], before[..., rows, :], out=found[..., rows, :], casting="same_kind")
-
-    team.of_rows(solved.pressure.shape, subtract)
-    for array in vars(change).values():
-        array.flags.writeable = False
-    return change
 
 
 def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[IncrementSolver]:

@@ -12,10 +12,9 @@ from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError,
 from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment import increment as increment_module
 from fretsolve.increment.increment import IncrementSolver
-from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.increment.working_state import InitialState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
-from fretsolve.result.state import Change
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers import tangential
 from fretsolve.solvers.coupled_newton import CoupledNewton
@@ -164,45 +163,6 @@ def test_more_iterations_are_advised_only_where_they_ran_out(monkeypatch, stalle
     sheared = increment(setup, tangential=LoadControl((True, True, False), (36.0, 0.0, 0.0)), step=1)
     with pytest.raises(NotConvergedError, match=f"tangential problem is not solved after .* needed; {advised}"):
         solver_of(setup, most=2).solve(sheared, after(pressed))
-
-
-@pytest.mark.parametrize("factor", [1.0, 1e3, -1e6])
-def test_a_trend_that_misleads_changes_nothing_but_the_cost(factor):
-    """Where the increment cannot be solved from it, it is solved from its start."""
-    setup = setup_of(DISSIMILAR)
-    solver = solver_of(setup)
-    first = after(solver.solve(increment(setup), nothing(setup.grid)))
-    pulled = increment(setup, tangential=LoadControl((True, True, False), (20.0, 0.0, 0.0)))
-    plain = solver.solve(pulled, first)
-    random = np.random.default_rng(1)
-    shear = random.normal(size=plain.shear.shape).astype(np.float32)
-    displacement = np.empty(shear.shape)
-    solver.level.operator.tangential(shear.astype(float), displacement)
-    change = Change(np.zeros(setup.grid.shape, np.float32), shear, displacement.astype(np.float32))
-    found = solver.solve(pulled, replace(first, trend=Trend(factor, change, np.zeros(6))))
-    assert found.certificate.worst <= 1e-7
-    scale = np.abs(plain.shear).max()
-    np.testing.assert_allclose(found.shear, plain.shear, atol=1e-4 * scale)
-
-
-def test_an_error_from_a_trend_is_not_the_last_word(monkeypatch):
-    setup = setup_of(DISSIMILAR)
-    solver = solver_of(setup)
-    first = after(solver.solve(increment(setup), nothing(setup.grid)))
-    pulled = increment(setup, tangential=LoadControl((True, True, False), (20.0, 0.0, 0.0)))
-    plain, solve, trends = solver.solve(pulled, first), IncrementSolver._solve, []
-
-    def failing(self, asked, start, before):
-        trends.append(start.trend is not None)
-        if start.trend is not None:
-            raise NotConvergedError("not from here")
-        return solve(self, asked, start, before)
-
-    monkeypatch.setattr(IncrementSolver, "_solve", failing)
-    still = Change(*(np.zeros(shape, np.float32) for shape in (setup.grid.shape, *[first.shear.shape] * 2)))
-    found = solver.solve(pulled, replace(first, trend=Trend(1.0, still, np.zeros(6))))
-    assert trends == [True, False]
-    np.testing.assert_array_equal(found.shear, plain.shear)
 
 
 @pytest.mark.parametrize("points", [47, 48])
