@@ -193,10 +193,7 @@ class IncrementSolver:
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
         friction = start.friction.part(cells)
-        gap = None if start.gap is None else start.gap[cells]
-        return InitialState(
-            pressure, shear, displacement, start.rigid, friction, start.normal, elastic_slip, mismatch, gap=gap
-        )
+        return InitialState(pressure, shear, displacement, start.rigid, friction, start.normal, elastic_slip, mismatch)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
         """Extend the tractions of `work` from a region to the whole grid."""

@@ -163,7 +163,7 @@ def _half_of_start(start: InitialState) -> InitialState:
     """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
     friction = start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
-    names = "pressure", "shear", "displacement", "elastic_slip", "mismatch", "gap"
+    names = "pressure", "shear", "displacement", "elastic_slip", "mismatch"
     fields: dict[str, Any] = {
         name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None
     }

@@ -77,7 +77,7 @@ class StaggeredIteration:
         if self._solved_directly(increment, start, work, target) or (work.coupled_step and solved_together()):
             return
         # ST1: the surfaces deformed by the shear of the start
-        self._begin(start, work, target)
+        self._begin(work, target)
         while True:
             # ST2: tolerance of a twentieth of the last change
             tolerance = max(target, 0.05 * work.change) if self._coupled else target
@@ -102,22 +102,18 @@ class StaggeredIteration:
                 if solved_together():
                     return
                 if self._surfaces is not None:
-                    self._surfaces.begin_again(work, self._friction_limit)
+                    self._surfaces.begin(work, self._friction_limit)
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(why_not_settled(work, self.model))
 
     def _press(self, increment: Increment, start: InitialState, work: WorkingState, tolerance: float) -> float:
         """Solve for the pressure between the present surfaces, and return the error of the gap over its scale."""
-        if self._is_pressed_already(increment, start, work):
-            assert self._surfaces is not None  # only coupled increments start with a gap
-            work.gap_scale = self._surfaces.largest_uz(start)
-            return self._tolerance
         if not self._coupled and not work.staggered_iterations and start.normal == increment.normal:
             return 0.0
         # N1 to N8
         separation = self._undeformed if self._surfaces is None else self._surfaces.separation
         arguments = increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
-        known = self._known_pressure(start, work)
+        known = work.pressure if work.gap_scale else None  # the pressure whose displacement the solver holds
         found = self.level.normal.solve(separation, *arguments, self._kept_tolerance, known)
         self._accept_pressure(found, work, tolerance)
         return min(found.residual, tolerance)
@@ -200,7 +196,7 @@ class StaggeredIteration:
         unbalance = largest_error(modes.resultants(work.shear), control, capacity, modes.arms[3:])
         return unbalance <= self._tolerance
 
-    def _begin(self, start: InitialState, work: WorkingState, target: float) -> None:
+    def _begin(self, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
         self._target, self._last_slip_scale, self._first = target, 0.0, True
         work.gap_scale = 0.0
@@ -209,19 +205,8 @@ class StaggeredIteration:
             self.level.tangential.slipping[:] = slips(work.shear, limit, circle_width(self.level.operator.dtype))
         if self._surfaces is not None:
             np.copyto(self._pressure, work.pressure)
-            self._surfaces.begin(start, work, target, self._friction_limit)  # ST4 computes the friction limit anew
+            self._surfaces.begin(work, self._friction_limit)  # ST4 computes the friction limit anew
             work.change = FIRST_TOLERANCE
-
-    def _is_pressed_already(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
-        """Return whether the normal problem is solved at the start: with its gap, and nothing that presses changes."""
-        kept = self._first and start.gap is not None and start.normal == increment.normal
-        return kept and np.array_equal(work.pressure, start.pressure) and np.array_equal(work.shear, start.shear)
-
-    def _known_pressure(self, start: InitialState, work: WorkingState) -> FloatArray | None:
-        """Return the pressure (nx, ny) whose displacement the normal solver holds, None if it is to compute it."""
-        if work.gap_scale:
-            return work.pressure
-        return start.pressure if self._first and start.gap is not None else None
 
     def _finish(self, work: WorkingState) -> None:
         """Count an iteration, and update the separation and its change for the new shear."""

@@ -23,8 +23,7 @@ class InitialState:
     phi_z; friction: its limit in the increment; normal: what was imposed on the normal problem; elastic_slip:
     (2, nx, ny), at the tractions that the staggered iterations start with, where it is not 0 and `displacement` does
     not resolve it; mismatch: (2, nx, ny), of the surfaces by bulk stress in the increment, which has been taken from
-    `displacement` and `elastic_slip`; gap: (nx, ny), between surfaces of the same undeformed separation, None
-    where it does not tell the normal displacement.
+    `displacement` and `elastic_slip`.
     """
 
     pressure: FloatArray
@@ -35,7 +34,6 @@ class InitialState:
     normal: LoadControl | None = None
     elastic_slip: FloatArray | None = None
     mismatch: FloatArray | None = None
-    gap: FloatArray | None = None
 
     @cached_property
     def largest_displacement(self) -> float:

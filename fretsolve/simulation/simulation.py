@@ -72,7 +72,6 @@ def states_of(
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
-    starts_with_gap = _starts_with_gap(setup)
     summaries = list(history)
     path = setup.load_path.followed(summaries)
     # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
@@ -86,9 +85,7 @@ def states_of(
         try:
             coefficient = _coefficient(increment, setup, summaries)
             limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
-            gap = fields.gap if step and starts_with_gap else None
-            kept = fields.pressure, fields.shear, displacement, rigid, limit, before
-            begin = InitialState(*kept, gap=gap)
+            begin = InitialState(fields.pressure, fields.shear, displacement, rigid, limit, before)
             if increment.stretch is not None:
                 begin = _with_mismatch(begin, increment.stretch, setup)
             if wear is not None:
@@ -179,16 +176,6 @@ def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Su
 def _loses_contact(history: Sequence[Summary]) -> bool:
     """Return whether the contact was lost in one of some increments."""
     return any(before.contact_cells and not after.contact_cells for before, after in pairwise(history))
-
-
-def _starts_with_gap(setup: ProblemSetup) -> bool:
-    """Return whether increments start with the gap before them, which tells the normal displacement.
-
-    That is where shear causes a part of it, so that two convolutions are needed otherwise.
-    """
-    model, single = setup.model, setup.case.solver.precision == "single"
-    coupled = model.has_shear and model.terms.normal_tangential_coupling
-    return coupled and not (single or model.line) and setup.wear is None and model.orthotropy is None
 
 
 def _rigid(summaries: Sequence[Summary]) -> Vector:

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -58,18 +57,6 @@ def test_two_increments(bodies):
     assert second.resultants[3:5] == pytest.approx((25.0, -5.0))
     assert second.motion == pytest.approx(second.rigid - first.rigid)
     assert min(second.iterations_tangential, second.staggered_iterations, second.operator_applications) > 0
-
-
-def test_the_gap_at_the_start_spares_applications():
-    setup = setup_of(DISSIMILAR)
-    solver, pulled = solver_of(setup), increment(setup, tangential=LoadControl((True, True, False), (25.0, -5.0, 0.0)))
-    first = solver.solve(increment(setup), nothing(setup.grid))
-    plain = solver.solve(pulled, after(first))
-    spared = solver.solve(pulled, replace(after(first), gap=first.gap))
-    assert spared.operator_applications <= plain.operator_applications - 2
-    peak = plain.pressure.max()
-    np.testing.assert_allclose(spared.pressure, plain.pressure, atol=1e-6 * peak)
-    np.testing.assert_allclose(spared.shear, plain.shear, atol=1e-6 * peak)
 
 
 def test_the_start_is_left_alone():

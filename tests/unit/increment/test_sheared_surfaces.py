@@ -7,10 +7,9 @@ import pytest
 from solving import DISSIMILAR, build
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.sheared_surfaces import ShearedSurfaces
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.working_state import WorkingState
 from fretsolve.setup.problem_setup import set_up
 
 
@@ -20,13 +19,12 @@ def level() -> GridLevel:
     return GridLevel(setup.grid, setup.model, ThreadTeam(), np.float64)
 
 
-def states(level: GridLevel) -> tuple[InitialState, WorkingState]:
+def loaded(level: GridLevel) -> WorkingState:
     random = np.random.default_rng(8)
     pressure = np.zeros(level.grid.shape)
     pressure[5:11, 4:12] = 300.0
     shear = 30.0 * random.normal(size=(2, *level.grid.shape)) * (pressure > 0.0)
-    start = InitialState(pressure, np.zeros_like(shear), np.zeros_like(shear), np.zeros(6), FrictionLimit(0.5))
-    return start, WorkingState(pressure, shear, np.zeros(6), gap_scale=1e-3)
+    return WorkingState(pressure, shear, np.zeros(6), gap_scale=1e-3)
 
 
 def displaced(level: GridLevel, shear: np.ndarray) -> np.ndarray:
@@ -36,18 +34,18 @@ def displaced(level: GridLevel, shear: np.ndarray) -> np.ndarray:
 
 
 def test_shear_moves_the_surfaces(level):
-    start, work = states(level)
+    work = loaded(level)
     undeformed = np.random.default_rng(1).uniform(0.0, 1e-3, level.grid.shape)
     surfaces, borrowed = ShearedSurfaces(level, undeformed), np.empty(level.grid.shape)
     np.testing.assert_array_equal(surfaces.separation, undeformed)
-    surfaces.begin(start, work, 1e-6, borrowed)
+    surfaces.begin(work, borrowed)
     np.testing.assert_allclose(surfaces.separation, undeformed + displaced(level, work.shear), atol=1e-15)
 
 
 def test_it_follows_the_shear_and_returns_the_largest_change_in_the_contact(level):
-    start, work = states(level)
+    work = loaded(level)
     surfaces, borrowed = ShearedSurfaces(level, np.zeros(level.grid.shape)), np.empty(level.grid.shape)
-    surfaces.begin(start, work, 1e-6, borrowed)
+    surfaces.begin(work, borrowed)
     before = surfaces.separation.copy()
     work.shear = 1.2 * work.shear
     allowed = 1e-9
@@ -59,28 +57,12 @@ def test_it_follows_the_shear_and_returns_the_largest_change_in_the_contact(leve
 
 
 def test_extrapolation_ends_where_it_begins_again(level):
-    start, work = states(level)
+    work = loaded(level)
     surfaces, borrowed = ShearedSurfaces(level, np.zeros(level.grid.shape)), np.empty(level.grid.shape)
-    surfaces.begin(start, work, 1e-6, borrowed)
+    surfaces.begin(work, borrowed)
     assert not surfaces.accelerated
     surfaces.accelerate()
     assert surfaces.accelerated
-    surfaces.begin_again(work, borrowed)
+    surfaces.begin(work, borrowed)
     assert not surfaces.accelerated
     np.testing.assert_allclose(surfaces.separation, displaced(level, work.shear), atol=1e-15)
-
-
-def test_a_gap_at_the_start_tells_the_displacement(level):
-    """The gap of start and solver, uz = gap + rigid - undeformed, gives the same surfaces as the shear itself."""
-    start, work = states(level)
-    undeformed, rigid = np.full(level.grid.shape, 2e-4), np.array([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
-    both = displaced(level, work.shear)
-    by_pressure = np.empty(level.grid.shape)
-    level.operator.normal(start.pressure, by_pressure)
-    gap = undeformed + by_pressure + both - rigid[0]
-    known = InitialState(start.pressure, work.shear, start.displacement, rigid, start.friction, gap=gap)
-    surfaces, borrowed = ShearedSurfaces(level, undeformed), np.empty(level.grid.shape)
-    surfaces.begin(known, work, 1e-6, borrowed)
-    np.testing.assert_allclose(surfaces.separation, undeformed, atol=1e-15)
-    np.testing.assert_allclose(level.normal.uz[0], by_pressure + both, atol=1e-15)
-    assert surfaces.largest_uz(known) == pytest.approx((by_pressure + both)[start.pressure > 0.0].max())
