@@ -29,7 +29,7 @@ import numpy as np
 
 import fretsolve
 from fretsolve.increment.increment import Solved
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.simulation import increment_solver

@@ -1,8 +1,11 @@
 """The certificate of an increment: the contact conditions checked from tractions and displacements alone.
 
 The displacements come from one application of the elastic operator to the final tractions, not from the recurrences of
-the iterations. `fretsolve.result.state.Certificate` lists the residuals. `stick_and_slip` declares which cells stick.
-The steps C2 to C6 are those of docs/theory.md.
+the iterations. `fretsolve.result.state.Certificate` lists the residuals. The steps C2 to C6 are those of
+docs/theory.md.
+
+A cell in contact slips where its shear has reached the friction limit and it moves. Under cyclic loads with a mean
+value, parts of a contact come to the limit in each cycle and do not move: these stick. Without friction all cells slip.
 """
 
 from __future__ import annotations
@@ -15,16 +18,19 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
 from fretsolve.friction.limit import FrictionLimit
-from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.result.state import Certificate, nothing
+from fretsolve.result.state import Certificate, Zone, nothing
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, vector_lengths
 
 LARGE_SLIP = 1e-3
-"""Slip over the motion from which the motion is no least value."""
+"""Above this ratio of slip to motion, the motion itself is the scale."""
+
+LEFT_OVER, LARGEST_LEFT_OVER = 10.0, 1e-5
+"""Largest slip that may be an error of the iterations: over what the stick residual allows, and over the motion. Errors
+of larger increments before the present one stay in the shear traction."""
 
 
 @dataclass(frozen=True)
@@ -234,3 +240,19 @@ class Verifier:
             scale = capacities[mode] * arms[mode] if forced else farthest / arms[mode]
             errors.append(abs(found - imposed) / max(scale, TINY))
         return float(np.max(errors))  # keeps a NaN
+
+
+def zones(contact: BoolArray, slipping: BoolArray) -> NDArray[np.uint8]:
+    """Return the zone of each cell as `Zone`; both: cells, (nx, ny)."""
+    zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
+    zone[contact] = Zone.STICK
+    zone[contact & slipping] = Zone.SLIP
+    return zone
+
+
+def least_slip_of_zones(tolerance: float, motion: float) -> float:
+    """Return the slip increment (mm) up to which a cell has not moved.
+
+    tolerance: of the case, the stick residual's; motion: of the increment, which that refers to (mm).
+    """
+    return max(tolerance, min(LEFT_OVER * tolerance, LARGEST_LEFT_OVER)) * motion

@@ -9,7 +9,7 @@ import numpy as np
 
 from fretsolve.elastic.rounding import LEAST_MOTION, circle_width, slips
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
+from fretsolve.increment.states import FIRST_TOLERANCE, InitialState, WorkingState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.result.state import nothing

@@ -16,8 +16,8 @@ from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError
+from fretsolve.increment.failures import require_supported
 from fretsolve.increment.grid_transfer import GridTransfer
-from fretsolve.increment.load_checks import require_supported
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model

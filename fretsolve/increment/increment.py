@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.errors import NotConvergedError
+from fretsolve.errors import NotConvergedError, SlidingError
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Solution, Verification, Verifier
-from fretsolve.increment.failure_reasons import ADVICE, TOO_FEW_DIGITS
+from fretsolve.increment.failures import ADVICE, TOO_FEW_DIGITS, require_inside, require_supported
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.load_checks import require_inside, require_supported
 from fretsolve.increment.staggered_iteration import StaggeredIteration
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
 from fretsolve.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.model.load_path import Increment
@@ -256,3 +256,44 @@ class IncrementSolver:
         if rounding:
             return f"{missed}; the error is {rounding}, so more iterations do not help: loosen solver.tolerance"
         return f"{missed}; {TOO_FEW_DIGITS if self._single else ''}{ADVICE}"
+
+
+class OrthotropicIncrementSolver(IncrementSolver):
+    """Solves increments under friction with two coefficients, in scaled shear tractions and slips (`Orthotropy`).
+
+    Start and result are in true tractions and slips; the certificate refers to the scaled problem.
+    """
+
+    def solve(self, increment: Increment, start: InitialState) -> Solved:
+        """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
+        scale = self.model.orthotropy
+        assert scale is not None
+        scaled_start = replace(
+            start,
+            shear=scale.inverse.times(start.shear),
+            displacement=scale.times(start.displacement),
+            rigid=scale.times_motion(start.rigid),
+            elastic_slip=None if start.elastic_slip is None else scale.times(start.elastic_slip),
+            mismatch=None if start.mismatch is None else scale.times(start.mismatch),
+        )
+        scaled = replace(increment, tangential=scale.scaled(increment.tangential))
+        try:
+            solved = super().solve(scaled, scaled_start)
+        except SlidingError as error:
+            # the loads in the message, and the limit in brackets, are the scaled ones
+            loads = zip(("Qx", "Qy"), increment.tangential.imposed_resultant, strict=False)
+            named = ", ".join(f"{name} = {load:.6g} N" for name, load in loads if load)
+            carried = re.sub(r" \(.*?\)", "", error.message.partition(":")[2], count=1)
+            error.message = f"gross slip under {named}:{carried}"
+            raise
+        shear = scale.times(solved.shear)
+        return replace(
+            solved,
+            shear=shear,
+            displacement=scale.inverse.times(solved.displacement),
+            previous_displacement=start.displacement,
+            rigid=scale.inverse.times_motion(solved.rigid),
+            motion=scale.inverse.times_motion(solved.motion),
+            slip=scale.inverse.times(solved.slip),
+            resultants=np.concatenate([solved.resultants[:3], self._verifier.tangential.resultants(shear)]),
+        )

@@ -16,7 +16,7 @@ from fretsolve.case.keys.body_spec import Body
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.certificate import Solution, Verifier
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment

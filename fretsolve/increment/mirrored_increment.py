@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import NoSolutionError
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.grid import HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment

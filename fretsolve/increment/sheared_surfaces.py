@@ -6,7 +6,7 @@ import numpy as np
 
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.working_state import WorkingState
+from fretsolve.increment.states import WorkingState
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.system.arrays import FloatArray
 

@@ -11,11 +11,10 @@ from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
-from fretsolve.increment.failure_reasons import is_far, why_not_pressed, why_not_settled, why_not_sheared
+from fretsolve.increment.failures import gross_slip_error, is_far, why_not_pressed, why_not_settled, why_not_sheared
 from fretsolve.increment.grid_hierarchy import MOST_DIRECT_CELLS, GridLevel
-from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.sheared_surfaces import ShearedSurfaces
-from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
+from fretsolve.increment.states import FIRST_TOLERANCE, InitialState, WorkingState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
@@ -136,8 +135,8 @@ class StaggeredIteration:
         work.iterations_tangential += found.iterations
         work.rigid[3:] = start.rigid[3:] + found.rigid
         if not found.converged:
-            limit, most = self._friction_limit, self.max_iterations
-            raise NotConvergedError(why_not_sheared(self.level, found, tolerance, control, limit, most))
+            solver, limit, most = self.level.tangential, self._friction_limit, self.max_iterations
+            raise NotConvergedError(why_not_sheared(solver, self.level.grid, found, tolerance, control, limit, most))
         return min(found.residual, tolerance)
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:

@@ -36,9 +36,9 @@ then within about 0.5 % of what more increments give, the dissipated energy with
 class Increment:
     """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path.
 
-    bulk: bulk stresses at its end (MPa) by their names; stretch: change of the mismatch of the surfaces that they cause
-    in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has
-    set, None without one.
+    bulk: bulk stresses at its end (MPa) by their names; strain_mismatch: by how much they change the mismatch of the
+    surfaces in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has set,
+    None without one.
     """
 
     step: int
@@ -46,7 +46,7 @@ class Increment:
     normal: LoadControl
     tangential: LoadControl
     bulk: dict[str, float] = field(default_factory=dict)
-    stretch: Vector | None = None
+    strain_mismatch: Vector | None = None
     friction: float | None = None
 
 
@@ -237,9 +237,9 @@ class LoadPath:
         if response is None:
             return Increment(step, planned.stage, normal, tangential, friction=friction)
         bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
-        stretch = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
+        strains = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
         bulk = response.with_constraint(bulk)
-        return Increment(step, planned.stage, normal, tangential, bulk, stretch if stretch.any() else None, friction)
+        return Increment(step, planned.stage, normal, tangential, bulk, strains if strains.any() else None, friction)
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""

@@ -14,9 +14,9 @@ from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.errors import NoSolutionError
 from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
-from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState, with_mismatch
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import is_mirrored, map_border
@@ -86,8 +86,10 @@ def states_of(
             coefficient = _coefficient(increment, setup, summaries)
             limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
             begin = InitialState(fields.pressure, fields.shear, displacement, rigid, limit, before)
-            if increment.stretch is not None:
-                begin = _with_mismatch(begin, increment.stretch, setup)
+            if increment.strain_mismatch is not None:
+                # scaled slips of friction along two axes do not turn as a whole
+                turns = setup.model.orthotropy is None
+                begin = with_mismatch(begin, increment.strain_mismatch, setup.grid, turns=turns)
             if wear is not None:
                 begin = wear.begin(increment, begin, fields, path, summaries)
             solved = contact.solver.solve(increment, begin)
@@ -154,14 +156,6 @@ def _friction_limit(
     return limit
 
 
-def _with_mismatch(begin: InitialState, stretch: Vector, setup: ProblemSetup) -> InitialState:
-    """Return the start of an increment in which bulk stress changes the mismatch of the surfaces by `stretch`."""
-    from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
-
-    # scaled slips of friction along two axes do not turn as a whole
-    return with_mismatch(begin, stretch, setup.grid, turns=setup.model.orthotropy is None)
-
-
 def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Summary]) -> float | None:
     """Return the coefficient of friction that the load path sets in an increment, None without one.
 
@@ -191,8 +185,6 @@ def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[Increment
 
         return LineIncrementSolver
     if model.orthotropy is not None:
-        from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver
-
         return OrthotropicIncrementSolver
     if may_be_mirrored(setup.case, model, setup.grid) and is_mirrored(setup.grid, separation):
         return MirroredIncrementSolver

@@ -18,7 +18,7 @@ from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.friction.weakening import cycles_of_little_change
 from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.result.state import Fields, Summary, WearState, Zone

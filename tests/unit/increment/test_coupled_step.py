@@ -13,7 +13,7 @@ from fretsolve.elastic.rounding import LEAST_MOTION
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.solvers.coupled_newton import CoupledProblem
 

@@ -11,7 +11,7 @@ from fretsolve.errors import ContactLostError, GridEdgeError, NotConvergedError,
 from fretsolve.friction.limit import FrictionLimit
 from fretsolve.increment import increment as increment_module
 from fretsolve.increment.increment import IncrementSolver
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import set_up

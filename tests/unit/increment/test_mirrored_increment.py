@@ -12,7 +12,7 @@ import fretsolve
 from fretsolve.increment.certificate import Verifier
 from fretsolve.increment.increment import IncrementSolver
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.surface import is_mirrored
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.simulation import increment_solver

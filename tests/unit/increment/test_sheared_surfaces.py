@@ -9,7 +9,7 @@ from solving import DISSIMILAR, build
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.sheared_surfaces import ShearedSurfaces
-from fretsolve.increment.working_state import WorkingState
+from fretsolve.increment.states import WorkingState
 from fretsolve.setup.problem_setup import set_up
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fretsolve.friction.limit import FrictionLimit
-from fretsolve.increment.bulk_mismatch import with_mismatch
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState, with_mismatch
 from fretsolve.model.grid import Grid
 
 GRID = Grid(12, 10, 0.1, 0.1, 3.0, -2.0)
