@@ -12,26 +12,29 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
-from fretsolve.errors import NoSolutionError
+from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
 from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
 from fretsolve.increment.states import InitialState, with_mismatch
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment
-from fretsolve.model.surface import is_mirrored, map_border
+from fretsolve.model.surface import is_mirrored, map_border, map_spans
 from fretsolve.result.state import Fields, State, Summary, Zone
+from fretsolve.setup.contact_size import AREA_MARGIN, contact_size, room_for_cells, worn_reach
 from fretsolve.setup.mirror_images import may_be_mirrored
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
-from fretsolve.simulation.located_errors import locate
-from fretsolve.simulation.slip_and_work import mean_pressure
+from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
 
 if TYPE_CHECKING:
     from fretsolve.simulation.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
+
+FEWEST_POINTS = 3
+"""Points of a side of which one can be in contact and those beside it free."""
+
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -242,3 +245,47 @@ def _summary(
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
     )
+
+
+def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
+    """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
+    stage = increment.stage
+    key: KeyPath = stage.place(error.component)
+    if isinstance(error, GridEdgeError):
+        on_grid = error.component is None
+        key = ("grid", "size") if on_grid else ("surface",)
+        error.message += _advised_size(setup, increment) if on_grid else ""
+    message = f"{error.message} (increment {increment.step}, stage {stage.number})"
+    place = setup.case.source.problem(message, key)
+    error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
+
+
+def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
+    """Return advice about a contact at the grid's edge: a size that holds it on all of the load path."""
+    loads = [increment.normal, *setup.load_path.normal_loads()]
+    surfaces, materials = setup.case.surface, setup.model.compliances
+    try:
+        center, first = setup.grid.center, max(setup.grid.size)
+        size = contact_size(surfaces, materials, loads, center, first, setup.model.line)
+    except CaseError:
+        return "; no size would hold it"
+    contact = tuple(side / AREA_MARGIN for side in size)
+    if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
+        return "; no size would do, since the height map ends too soon: a larger map is needed"
+    worn, grid = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms), setup.grid
+    of_axes = zip(grid.axes, size, grid.shape, grid.size, strict=False)  # a line has one axis
+    sides = [(max(side, worn), points, present) for _, side, points, present in of_axes]
+    if any(points < FEWEST_POINTS for _, points, _ in sides):
+        larger = tuple(max(side, present) for side, _, present in sides)
+        return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"
+    roomy = tuple(side * room_for_cells(points) for side, points, _ in sides)
+    if all(advised <= 1.05 * present for advised, (_, _, present) in zip(roomy, sides, strict=True)):
+        wider = tuple(1.5 * present for _, _, present in sides)  # since shear or moments widen the contact
+        return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
+    return f"; {_size_in_words(roomy, setup)} would do"
+
+
+def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:
+    """Return the key `size` of a case, which is one number in a line contact."""
+    sides = [f"{side:.3g} mm" for side in size]
+    return f"size: {sides[0]}" if setup.model.line else f"size: [{', '.join(sides)}]"

@@ -12,9 +12,20 @@ from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.models import Case
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.result.state import Summary
-from fretsolve.wear.jumps import AIM, FIRST_SHARE, JumpLimits, allowed_error, next_jump
-from fretsolve.wear.progress import SolvedCycle, Worn
-from fretsolve.wear.settling import MOST_LOOKS, excess, excess_per_cycle, is_settled, require_periodic
+from fretsolve.wear.jumps import (
+    AIM,
+    FIRST_SHARE,
+    MOST_LOOKS,
+    JumpLimits,
+    SolvedCycle,
+    Worn,
+    allowed_error,
+    excess,
+    excess_per_cycle,
+    is_settled,
+    next_jump,
+    require_periodic,
+)
 
 STEEL, ALUMINIUM = ({"young_modulus": 200e3, "poisson_ratio": 0.3}, {"young_modulus": 70e3, "poisson_ratio": 0.2})
 
