@@ -147,7 +147,7 @@ class CoupledNewton:
         last = self.iterations + self._most
         for step in range(MOST_STEPS):
             # CN1: shear beyond the friction limit slips; in the slip zone q = b n
-            self._put_on_circle(problem, work)
+            self._return_map(problem, work)
             # CN2: displacements of the tractions; in the first step a fit of the rigid displacements
             pressure, shear = work.pressure - problem.pressure, work.shear - problem.shear
             self.operator.all(pressure, shear, self._uz, self._moved)
@@ -192,7 +192,7 @@ class CoupledNewton:
         work.shear /= float(np.abs(work.shear).max()) or 1.0
         return work
 
-    def _put_on_circle(self, problem: CoupledProblem, work: CoupledState) -> None:
+    def _return_map(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Let shear beyond the friction limit slip, and give it the length of the limit in the slip zone."""
         length, friction_limit = np.hypot(work.shear[0], work.shear[1]), problem.friction.limit(work.pressure)
         work.slipping |= length > friction_limit

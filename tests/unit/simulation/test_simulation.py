@@ -28,14 +28,6 @@ PARTS = {
 }
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _estimates_on_small_grids():
-    """Estimate increments by the ones before on the grids of these tests, where it takes little time."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fretsolve.simulation.simulation.LEAST_CELLS", 48 * 48)
-        yield
-
-
 @pytest.fixture(scope="module")
 def states():
     return list(run(build(**PARTS)))

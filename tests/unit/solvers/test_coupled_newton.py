@@ -13,8 +13,8 @@ from fretsolve import run
 from fretsolve.errors import NotConvergedError
 from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.load_control import LoadControl
+from fretsolve.solvers.coupled_equations import gmres
 from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
-from fretsolve.solvers.gmres import gmres
 from fretsolve.solvers.limit_load import load_factor
 from fretsolve.solvers.rigid_modes import TangentialModes
 

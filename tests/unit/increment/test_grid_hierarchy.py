@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.increment.grid_transfer import FEWEST_COARSE_POINTS, GridTransfer
+from fretsolve.increment.grid_hierarchy import FEWEST_COARSE_POINTS, GridTransfer
 from fretsolve.model.grid import Grid, HalfGrid
 
 SHAPES = [(128, 128), (129, 98), (101, 62), (40, 180)]
