@@ -112,8 +112,7 @@ class StaggeredIteration:
         # N1 to N8
         separation = self._undeformed if self._surfaces is None else self._surfaces.separation
         arguments = increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
-        known = work.pressure if work.gap_scale else None  # the pressure whose displacement the solver holds
-        found = self.level.normal.solve(separation, *arguments, self._kept_tolerance, known)
+        found = self.level.normal.solve(separation, *arguments, self._kept_tolerance, known=work.gap_scale > 0.0)
         self._accept_pressure(found, work, tolerance)
         return min(found.residual, tolerance)
 

@@ -14,7 +14,9 @@ from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
+from fretsolve.friction.weakening import require_stable
 from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
+from fretsolve.increment.line_increment import LineIncrementSolver
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
 from fretsolve.increment.states import InitialState, with_mismatch
 from fretsolve.kernels import load, readying_seconds
@@ -127,7 +129,7 @@ def increment_solver(
     """Return the solver of a problem's increments.
 
     separation: of the undeformed surfaces; to_map_end: whether the contact may reach the last cells of a height map, as
-    if it were the end of the material. Otherwise such an increment has no solved.
+    if it were the end of the material. Otherwise such an increment has no solution.
     """
     load_wisdom()
     border = None if to_map_end else map_border(setup.case.surface, setup.grid.x, setup.grid.y)
@@ -153,8 +155,6 @@ def _friction_limit(
     """
     limit = friction.limit(fields, coefficient)
     if setup.model.friction_evolves:
-        from fretsolve.friction.weakening import require_stable  # few cases need it
-
         require_stable(setup.case.friction, fields.pressure, limit, solver.level.operator)
     return limit
 
@@ -184,8 +184,6 @@ def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[Increment
     """Return the class that solves a problem's increments. Most cases need none of the others."""
     model = setup.model
     if model.line:
-        from fretsolve.increment.line_increment import LineIncrementSolver
-
         return LineIncrementSolver
     if model.orthotropy is not None:
         return OrthotropicIncrementSolver

@@ -34,11 +34,3 @@ def test_power_of_the_pressure(exponent):
     step = 1e-6 * PRESSURE[1]
     slope = (bound.limit(PRESSURE[1] + step) - bound.limit(PRESSURE[1] - step)) / (2.0 * step)
     assert bound.slope(PRESSURE[1]) == pytest.approx(slope)
-
-
-def test_a_part_has_the_coefficients_of_its_cells():
-    field = np.arange(6.0).reshape(2, 3)
-    cells = PRESSURE > 60.0
-    assert FrictionLimit(field).part(cells).limit(PRESSURE[cells]).tolist() == [300.0, 4000.0, 10000.0]
-    constant = FrictionLimit(0.3)
-    assert constant.part(cells) is constant

@@ -48,27 +48,6 @@ def test_linear_fields_are_restored_inside(shape):
     assert found.shape == shape
 
 
-def test_no_material_stays_no_material():
-    """A coarse cell that has some of it open is open, the half-covered ones at the edge as well."""
-    transfer = transfer_of((129, 98))
-    separation = np.zeros((129, 98))
-    separation[10, 20] = np.inf
-    coarse = transfer.restrict_separation(separation)
-    assert np.isinf(coarse[5, 10])
-    assert np.isinf(coarse[-1]).all()
-    assert np.isfinite(coarse).sum() == 64 * 49 - 1
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_injection(shape):
-    transfer = transfer_of(shape)
-    mask = np.random.default_rng(1).random(transfer.coarse.shape) < 0.5
-    fine = transfer.inject(mask)
-    assert fine.shape == shape
-    fx, fy = transfer.factors
-    np.testing.assert_array_equal(fine[::fx, ::fy], mask)
-
-
 @pytest.mark.parametrize("shape", [(128, 128), (129, 100), (60, 202), (120, 40)], ids=str)
 def test_on_one_half_fields_change_as_on_the_whole_grid(shape):
     """Pressure, even about y = 0, and shear, whose component along y is odd."""

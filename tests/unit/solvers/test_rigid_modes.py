@@ -1,13 +1,11 @@
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, inverse_of, larger, solve_modes
+from fretsolve.solvers.rigid_modes import NormalModes, TangentialModes, larger, solve_modes
 
 GRID = Grid.from_size((7, 5), (1.4, 0.9), (0.3, -0.2))
 ALL = [0, 1, 2]
@@ -30,9 +28,6 @@ class TestBalance:
         moved = self.BALANCE.relative_to(np.array([5.0, 0.15, 7.0]))
         assert moved.forced == self.BALANCE.forced
         assert moved.values == pytest.approx((10.0, 0.05, -3.0))
-
-    def test_scaled_loads(self):
-        assert self.BALANCE.with_loads_scaled(0.5).values == (5.0, 0.2, -1.5)
 
 
 class TestNormalModes:
@@ -95,29 +90,6 @@ def test_missing_resultants_are_those_imposed_less_those_of_a_traction():
 @pytest.mark.parametrize(("value", "other"), [(np.nan, 1.0), (1.0, np.nan), (np.nan, np.nan)])
 def test_the_larger_number_is_nan_if_one_is(value, other):
     assert np.isnan(larger(value, other))
-
-
-def test_the_larger_number():
-    assert larger(2.0, 1.0) == larger(1.0, 2.0) == larger(2.0, 2.0) == 2.0
-
-
-class TestInverse:
-    @pytest.mark.parametrize("modes", [[0], [2], [0, 1], [2, 0], ALL])
-    def test_it_inverts(self, modes):
-        scales = np.outer([1.0, 1e-7, 1e7], [1.0, 1e-7, 1e7])  # which do not count
-        inverse = np.array(inverse_of((scales * TestSolveModes.GRAM).tolist(), modes)) * scales[modes][:, modes]
-        np.testing.assert_allclose(inverse @ TestSolveModes.GRAM[modes][:, modes], np.eye(len(modes)), atol=1e-14)
-
-    @pytest.mark.parametrize("modes", [[0, 1], ALL])
-    def test_modes_that_are_hardly_apart_have_none(self, modes):
-        """Those of two cells far from the origin."""
-        cells = np.array([[1.0, 1.0], [1.0, 1.01], [0.3, 0.2]])
-        assert inverse_of((cells @ cells.T).tolist(), modes) is None
-
-    def test_modes_without_weight_have_none(self):
-        assert inverse_of(((0.0, 0.0, 0.0),) * 3, [1]) is None
-        assert inverse_of(((math.nan,) * 3,) * 3, ALL) is None
-        assert inverse_of(TestSolveModes.GRAM.tolist(), []) is None
 
 
 class TestSolveModes:
