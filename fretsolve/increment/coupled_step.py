@@ -36,11 +36,9 @@ def coupled_problem(
     """
     # tractions whose elastic slip since the start is known: none in double precision; in single precision, where the
     # difference of two displacements would lose the slip, those that the staggered iterations start with
-    pressure, shear, elastic_slip = start.pressure, start.shear, nothing(start.shear.shape)
-    if precision is np.float64:
-        pressure, shear, elastic_slip = nothing(pressure.shape), elastic_slip, start.displacement
-    elif start.elastic_slip is not None:
-        pressure, shear, elastic_slip = work.pressure.copy(), work.shear.copy(), start.elastic_slip
+    pressure, shear, elastic_slip = nothing(start.pressure.shape), nothing(start.shear.shape), start.displacement
+    if precision is np.float32 and work.elastic_slip is not None:
+        pressure, shear, elastic_slip = work.pressure.copy(), work.shear.copy(), work.elastic_slip
     return CoupledProblem(
         separation=separation,
         pressure=pressure,
@@ -113,5 +111,4 @@ def solve_directly(
     if slides:
         work.shear[:], work.rigid[3:] = found.shear, start.rigid[3:] + found.rigid[3:]
     work.staggered_iterations += 1
-    work.slip_is_known = False
     return True

@@ -1,4 +1,4 @@
-"""Grid levels: the solvers of one grid, and those of coarser grids that give first estimates.
+"""Grid levels: the solvers of one grid, and coarser grids that give first estimates of the pressure.
 
 On each level the problem is first solved roughly on the next coarser grid, and the estimate is corrected by the change
 there. That pays where an increment begins far from its end, as all do that change the normal load: without it modes II
@@ -18,7 +18,6 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.operator_on_grid import operator_on
-from fretsolve.elastic.rounding import slips
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError
 from fretsolve.increment.failures import require_supported
@@ -26,8 +25,8 @@ from fretsolve.model.grid import Grid, HalfGrid, LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import Model
 from fretsolve.solvers.normal import NormalSolver
-from fretsolve.solvers.tangential import SlipScales, TangentialSolver
-from fretsolve.system.arrays import BoolArray, FloatArray, Vector
+from fretsolve.solvers.tangential import TangentialSolver
+from fretsolve.system.arrays import FloatArray, Vector
 
 if TYPE_CHECKING:
     from fretsolve.solvers.direct import DirectSolver
@@ -46,9 +45,6 @@ on 256 points a half. With compiled kernels increments on 32 x 32 points would t
 FEWEST_COARSE_POINTS = 49
 """Fewest points that are left of a side that is halved. With 24 a first increment on 48 to 64 points takes 1.4 times as
 long, as coarse solves cost calls there, not cells, and the mean of mode I.3 up to 1.1 times."""
-
-NEAR_THE_LIMIT = 0.2
-"""A cell slips at first if its coarse cell does and its shear is within this part of the friction limit."""
 
 
 class GridLevel:
@@ -150,38 +146,6 @@ class GridLevel:
             np.sqrt(transfer.prolong(np.square(after)), out=pressure)
         pressure[np.isinf(separation)] = 0.0
 
-    def estimate_tangential(
-        self,
-        elastic_slip: FloatArray,
-        control: LoadControl,
-        friction_limit: FloatArray,
-        shear: FloatArray,
-        motion: float,
-    ) -> FloatArray | None:
-        """Improve the estimate `shear` (2, nx, ny) and its slip zone in place by a coarser solution.
-
-        elastic_slip: at the shear before, which is returned where there is a coarser solution; motion: largest rigid
-        displacement increment known so far (mm).
-        """
-        if self.coarser is None:
-            return None
-        transfer, coarser = self._transfer, self.coarser
-        # the coarse problem and its solution, from an estimate on still coarser grids
-        before = transfer.restrict(shear)
-        coarse_limit, coarse_slip = transfer.restrict(friction_limit), transfer.restrict(elastic_slip)
-        after = before.copy()
-        solver = coarser.tangential
-        solver.slipping[:] = slips(before, coarse_limit, NEAR_THE_LIMIT)
-        known = coarser.estimate_tangential(coarse_slip, control, coarse_limit, after, motion)
-        limits = coarser.tolerance, COARSE_ITERATIONS
-        solver.solve(coarse_slip, control, coarse_limit, after, *limits, SlipScales(motion), known)
-        # the correction of the fine estimate, whose elastic slip the fine solver computes with that of its own changes
-        known = shear.copy()
-        shear += transfer.prolong(after - before)
-        near = slips(shear, friction_limit, NEAR_THE_LIMIT)
-        np.logical_and(transfer.inject(solver.slipping), near, out=self.tangential.slipping)
-        return known
-
 
 def _carries(separation: FloatArray, control: LoadControl, grid: Grid) -> bool:
     """Return whether a coarse grid, which may miss a small punch, has the material that the load needs."""
@@ -217,9 +181,9 @@ class GridTransfer:
         return self.restrict(np.pad(separation, padding, constant_values=np.inf))
 
     def prolong(self, field: FloatArray) -> FloatArray:
-        """Return the bilinear interpolation to the fine cells, ``(..., nx, ny)``, with zeros outside of the grid.
+        """Return the bilinear interpolation to the fine cells, (nx, ny), with zeros outside of the grid.
 
-        On one half of a grid the other half of the field is its mirror image, and that of qy its negative.
+        On one half of a grid the other half of the field is its mirror image.
         """
         fx, fy = self.factors
         rows = _interpolate(field, -2)[..., : self.fine.nx, :] if fx == 2 else field
@@ -227,17 +191,8 @@ class GridTransfer:
             return rows
         found = _interpolate(rows, -1)[..., : self.fine.ny]
         if isinstance(self.fine, HalfGrid):
-            beyond = 0.25 * rows[..., 0]
-            if field.ndim == 3:
-                beyond[1] *= -1.0
-            found[..., 0] += beyond
+            found[..., 0] += 0.25 * rows[..., 0]
         return found
-
-    def inject(self, mask: BoolArray) -> BoolArray:
-        """Return the values of the coarse cells in their fine ones."""
-        fx, fy = self.factors
-        nx, ny = self.fine.shape
-        return np.repeat(np.repeat(mask, fx, axis=0)[:nx], fy, axis=1)[:, :ny]
 
 
 def _pair_mean(field: FloatArray, axis: int) -> FloatArray:

@@ -137,7 +137,8 @@ class IncrementSolver:
 
         afresh: from no pressure.
         """
-        work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy())
+        slip = nothing(start.shear.shape) if start.mismatch is None else -start.mismatch
+        work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy(), slip)
         if start.normal == increment.normal:
             return work
         if afresh:
@@ -150,7 +151,7 @@ class IncrementSolver:
             self._release(self.level)
         self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
         self._release(self.level)
-        work.slip_is_known = False
+        work.elastic_slip = None
         return work
 
     def _release(self, level: GridLevel) -> None:
@@ -185,15 +186,14 @@ class IncrementSolver:
     def _enter(self, region: ActiveRegion, start: InitialState, work: WorkingState) -> InitialState:
         """Cut the tractions of `work` to a region, and return that part of `start`."""
         cells = region.cells
-        elastic_slip = start.elastic_slip
-        if not work.slip_is_known:
-            elastic_slip = -self._moved(start, work) if self._single else None
-        elastic_slip = None if elastic_slip is None else elastic_slip[cells]
+        if work.elastic_slip is None and self._single:
+            work.elastic_slip = -self._moved(start, work)
+        work.elastic_slip = None if work.elastic_slip is None else work.elastic_slip[cells]
         mismatch = None if start.mismatch is None else start.mismatch[cells]
         work.pressure, work.shear = work.pressure[cells].copy(), self._own(work.shear[cells])
         pressure, shear, displacement = start.pressure[cells], start.shear[cells], start.displacement[cells]
         friction = start.friction.part(cells)
-        return InitialState(pressure, shear, displacement, start.rigid, friction, start.normal, elastic_slip, mismatch)
+        return InitialState(pressure, shear, displacement, start.rigid, friction, start.normal, mismatch)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
         """Extend the tractions of `work` from a region to the whole grid."""
@@ -202,7 +202,7 @@ class IncrementSolver:
         if self.model.may_slip:
             shear = np.zeros(shear.shape)
             shear[region.cells] = work.shear
-        work.pressure, work.shear = pressure, shear
+        work.pressure, work.shear, work.elastic_slip = pressure, shear, None
 
     def _own(self, shear: FloatArray) -> FloatArray:
         """Return a copy to work in, if there may be shear."""
@@ -273,7 +273,6 @@ class OrthotropicIncrementSolver(IncrementSolver):
             shear=scale.inverse.times(start.shear),
             displacement=scale.times(start.displacement),
             rigid=scale.times_motion(start.rigid),
-            elastic_slip=None if start.elastic_slip is None else scale.times(start.elastic_slip),
             mismatch=None if start.mismatch is None else scale.times(start.mismatch),
         )
         scaled = replace(increment, tangential=scale.scaled(increment.tangential))

@@ -115,7 +115,7 @@ def _is_even(increment: Increment, start: InitialState) -> bool:
         if any(control.values[mode] for mode in odd):
             return False
     coefficient = start.friction.coefficient
-    fields = [start.pressure, start.shear, start.displacement, start.elastic_slip, start.mismatch]
+    fields = [start.pressure, start.shear, start.displacement, start.mismatch]
     fields += [] if isinstance(coefficient, float) else [coefficient]
     return not start.rigid[ODD].any() and _are_even(*fields)
 
@@ -150,7 +150,7 @@ def _half_of_start(start: InitialState) -> InitialState:
     """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
     friction = start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
-    names = "pressure", "shear", "displacement", "elastic_slip", "mismatch"
+    names = "pressure", "shear", "displacement", "mismatch"
     fields: dict[str, Any] = {
         name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None
     }

@@ -124,12 +124,12 @@ class StaggeredIteration:
         # ST4: friction limit b, such as mu p, and loads that it can carry (T12)
         self._friction.limit(work.pressure, out=self._friction_limit)
         control = self._carried(increment, start, work)
-        # ST5: elastic slip at the new pressure, and an estimate of the shear
+        # ST5: elastic slip at the new pressure
         tolerance, scales = self._slip_scales(start, work, tolerance)
-        known = self._prepare_shear(increment, start, work, control, scales.motion)
+        self._take_elastic_slip(start, work)
         # ST6: TG1 to TG8 at the new pressure
         arguments = self._elastic_slip, control, self._friction_limit, work.shear
-        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales, known)
+        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales)
         self._last_slip_scale = found.scale
         work.iterations_tangential += found.iterations
         work.rigid[3:] = start.rigid[3:] + found.rigid
@@ -208,7 +208,7 @@ class StaggeredIteration:
 
     def _finish(self, work: WorkingState) -> None:
         """Count an iteration, and update the separation and its change for the new shear."""
-        self._first = work.slip_is_known = False
+        self._first = False
         work.staggered_iterations += 1
         before, work.change = work.change, 0.0
         if self._surfaces is None:
@@ -281,16 +281,11 @@ class StaggeredIteration:
             tolerance = max(tolerance, min(0.01 * disturbed, FIRST_TOLERANCE))
         return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
 
-    def _prepare_shear(
-        self, increment: Increment, start: InitialState, work: WorkingState, control: LoadControl, motion: float
-    ) -> FloatArray | None:
-        """Compute the elastic slip at the new pressure; in a new increment, estimate the shear on coarser grids.
-
-        motion: largest one so far (mm). Return the shear of that elastic slip, None for the present one.
-        """
+    def _take_elastic_slip(self, start: InitialState, work: WorkingState) -> None:
+        """Compute the elastic slip at the new pressure and the present shear."""
         slip, operator = self._elastic_slip, self.level.operator
-        if self._first and (work.slip_is_known or start.elastic_slip is not None):
-            slip[:] = 0.0 if start.elastic_slip is None else start.elastic_slip
+        if self._first and work.elastic_slip is not None:
+            slip[:] = work.elastic_slip
         elif self._first:
             operator.tangential(work.shear, slip)
             np.subtract(start.displacement, slip, out=slip)
@@ -305,6 +300,3 @@ class StaggeredIteration:
             np.copyto(self._pressure, work.pressure)
             allowed = self._kept_tolerance * self._last_slip_scale
             add_displacement(operator, type(operator).tangential_from_pressure, slip, change, workspace, allowed, -1.0)
-        if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
-            return None
-        return self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)

@@ -27,10 +27,8 @@ class InitialState:
     """State at the start of an increment.
 
     pressure: (nx, ny); shear, displacement: tangential, (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
-    phi_z; friction: its limit in the increment; normal: what was imposed on the normal problem; elastic_slip:
-    (2, nx, ny), at the tractions that the staggered iterations start with, where it is not 0 and `displacement` does
-    not resolve it; mismatch: (2, nx, ny), of the surfaces by bulk stress in the increment, which has been taken from
-    `displacement` and `elastic_slip`.
+    phi_z; friction: its limit in the increment; normal: what was imposed on the normal problem; mismatch: (2, nx, ny),
+    of the surfaces by bulk stress in the increment, which has been taken from `displacement`.
     """
 
     pressure: FloatArray
@@ -39,7 +37,6 @@ class InitialState:
     rigid: Vector
     friction: FrictionLimit
     normal: LoadControl | None = None
-    elastic_slip: FloatArray | None = None
     mismatch: FloatArray | None = None
 
     @cached_property
@@ -58,15 +55,15 @@ class InitialState:
 class WorkingState:
     """Tractions, rigid displacements and counts that change within an increment.
 
-    slip_is_known: the elastic slip of the tractions is that of `InitialState`, 0 where this has none; gap_scale: length
-    that the gap is measured against (mm); change: of the gap by the last change of the shear, over gap_scale;
-    coupled_step: the increment was solved by the coupled Newton method.
+    elastic_slip: since the start, at the tractions that the staggered iterations start with, (2, nx, ny), None where it
+    is to be computed; gap_scale: length that the gap is measured against (mm); change: of the gap by the last change of
+    the shear, over gap_scale; coupled_step: the increment was solved by the coupled Newton method.
     """
 
     pressure: FloatArray
     shear: FloatArray
     rigid: Vector
-    slip_is_known: bool = True
+    elastic_slip: FloatArray | None = None
     gap_scale: float = 0.0
     change: float = FIRST_TOLERANCE
     iterations_normal: int = 0
@@ -86,7 +83,7 @@ def with_mismatch(start: InitialState, strain_mismatch: Vector, grid: Grid, *, t
     mismatch = mismatch_displacement(strain_mismatch, grid, followed)
     rigid = start.rigid + np.concatenate([np.zeros(3), followed])
     displacement = start.displacement - mismatch
-    return replace(start, rigid=rigid, displacement=displacement, elastic_slip=-mismatch, mismatch=mismatch)
+    return replace(start, rigid=rigid, displacement=displacement, mismatch=mismatch)
 
 
 def _rigid_part(strain_mismatch: Vector, pressure: FloatArray, grid: Grid, turns: bool) -> Vector:

@@ -16,7 +16,6 @@ from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
 from fretsolve.friction.weakening import require_stable
 from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
-from fretsolve.increment.line_increment import LineIncrementSolver
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
 from fretsolve.increment.states import InitialState, with_mismatch
 from fretsolve.kernels import load, readying_seconds
@@ -184,6 +183,8 @@ def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[Increment
     """Return the class that solves a problem's increments. Most cases need none of the others."""
     model = setup.model
     if model.line:
+        from fretsolve.increment.line_increment import LineIncrementSolver  # other cases need none of it
+
         return LineIncrementSolver
     if model.orthotropy is not None:
         return OrthotropicIncrementSolver

@@ -185,7 +185,7 @@ def test_as_on_a_large_grid(precision, threads, compiled, monkeypatch):
     monkeypatch.setenv("FRETSOLVE_NUMBA", compiled)
     for place, value in {
         "increment.active_region.FEWEST_POINTS": 8,
-        "increment.grid_transfer.FEWEST_COARSE_POINTS": 8,
+        "increment.grid_hierarchy.FEWEST_COARSE_POINTS": 8,
         "increment.increment.LARGE_GRID": 50,
         "elastic.mirrored.convolution.MOST_PRODUCTS": 0,
         "elastic.cache_block.CACHE_BYTES": 4096,
