@@ -36,11 +36,6 @@ def law_of(**friction: object) -> FrictionOnGrid:
     return law.on(GRID)
 
 
-def test_one_coefficient_has_no_law():
-    assert friction_law(build(friction=0.1, grid={"points": 16})) is None
-    assert set_up(build(friction=0.1, grid={"points": 16})).friction is None
-
-
 def test_formula_gives_means_over_cells():
     values = law_of(expression="0.1 + 0.2*(x < 0.01) + y**2").values
     assert values is not None

@@ -31,10 +31,6 @@ def test_unloaded_surfaces_touch_at_their_nearest_points():
     assert fields.shear.shape == displacement.shape == (2, 2, 2)
 
 
-def test_without_material_there_is_a_gap_everywhere():
-    assert np.isinf(unloaded(np.full((2, 2), np.inf))[0].gap).all()
-
-
 @pytest.mark.parametrize(("precision", "dtype"), [("double", np.float64), ("single", np.float32)])
 def test_states_keep_the_precision_and_cannot_be_written_to(precision, dtype):
     parts = {"grid": {"points": 12}, "load_path": PATH, "solver": {"precision": precision, "tolerance": 1e-4}}
@@ -158,13 +154,6 @@ def test_no_cell_is_nearer_than_the_nearest(most: int, monkeypatch: pytest.Monke
         distances = np.square(places[:, None] - cells).sum(axis=2)
         found = fields_of_increment.nearest(places, cells)
         np.testing.assert_array_equal(distances[np.arange(300), found], distances.min(axis=1))
-
-
-def test_where_no_contact_is_left_cells_slip_that_slipped_before():
-    zone = np.full((4, 4), Zone.OPEN, np.uint8)
-    parted, slipping = np.zeros(zone.shape, bool), np.zeros(zone.shape, bool)
-    parted[1:3], slipping[2:] = True, True
-    assert (slipped_apart(parted, zone, slipping) == (parted & slipping)).all()
 
 
 def test_unloading_at_full_stick_takes_no_work():

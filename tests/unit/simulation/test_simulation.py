@@ -12,7 +12,7 @@ from solving import DISSIMILAR, build
 
 from fretsolve import load_case, run
 from fretsolve.elastic import cache_block, convolution
-from fretsolve.errors import CaseError, GridEdgeError, SlidingError
+from fretsolve.errors import CaseError, SlidingError
 from fretsolve.kernels import on_grid
 from fretsolve.simulation.simulation import set_up
 
@@ -135,11 +135,6 @@ class TestErrorsAreLocated:
         path, error = self.located(tmp_path, self.TEXT, SlidingError)
         assert str(error).startswith(f"{path}:13: stage.3.Qx: gross slip")
         assert str(error).endswith("(increment 2, stage 3)")
-
-    def test_edge(self, tmp_path):
-        path, error = self.located(tmp_path, self.TEXT.replace("points: 16", "points: 16, size: 0.5 mm"), GridEdgeError)
-        assert str(error).startswith(f"{path}:5: grid.size: ")
-        assert "would do" in str(error)
 
     def test_no_size_to_be_found(self, tmp_path):
         text = self.TEXT.replace("sphere: {radius: 10 mm}", "cylinder: {radius: 10 mm, axis: x}")

@@ -64,12 +64,6 @@ class TestRates:
         np.testing.assert_allclose(rates.rest, 0.0, atol=1e-20)
         np.testing.assert_allclose(rates.energy, 0.4 / ARCHARD.k, rtol=1e-12)
 
-    def test_only_the_last_cycle_counts(self):
-        worn = ENERGY.alpha * 0.4 * self.pressure * self.path
-        rates = rates_of(ENERGY, FrictionLimit(0.4), self.pressure, state_of(worn + 1e-3, self.path, mark=1e-3))
-        np.testing.assert_allclose(rates.rate, 0.4 * ENERGY.alpha * self.path, rtol=1e-9)
-        assert rates.energy == pytest.approx(1.0 / ENERGY.alpha)
-
     def test_a_large_rate_is_limited_and_the_rest_worn_at_any_pressure(self):
         of_path = 0.4 * ENERGY.alpha * self.path
         worn = np.where(self.pressure > 0.0, 10.0 * of_path * self.pressure, 0.0)
@@ -142,11 +136,6 @@ class TestProfile:
         np.testing.assert_allclose(
             found.depth, 1e-12 * problem.pressure, rtol=1e-3, atol=1e-15 * problem.pressure.max()
         )
-
-    def test_nothing_is_worn_without_a_rate(self):
-        level, problem = self.problem()
-        found = wear_over_jump(level, problem, np.zeros(problem.pressure.shape), 0.01)
-        assert (found.error, found.depth.any()) == (0.0, False)
 
     def test_a_problem_that_is_not_solved_says_what_helps(self):
         level, problem = self.problem(iterations=1)
