@@ -114,7 +114,7 @@ def states_of(
         summary = contact.with_displacements(summary, solved)
         if wear is not None:
             mean = mean_pressure(last.pressure, fields.pressure)
-            summary = wear.count(summary, fields, solved, mean)
+            summary = wear.count(summary, increment, last, fields, solved, mean)
             fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)

@@ -92,14 +92,6 @@ class SolvedCycle:
 
 
 @dataclass(frozen=True)
-class Worn:
-    """The volume that all repetitions of a cycle have worn so far (mm^3), and its estimated error."""
-
-    volume: float
-    error: float
-
-
-@dataclass(frozen=True)
 class Progress:
     """A load path and the history so far."""
 
@@ -111,10 +103,10 @@ class Progress:
         first = max(1, cycle.turn - CYCLES_TO_SETTLE)
         return [self._one(*self.path.steps_of(cycle.cycle, turn)) for turn in range(first, cycle.turn + 1)]
 
-    def worn(self, cycle: CyclePass) -> Worn:
-        """Return what all repetitions of a cycle have worn up to the end of the history."""
+    def worn(self, cycle: CyclePass) -> tuple[float, float]:
+        """Return the volume that all repetitions of a cycle have worn so far (mm^3), and its estimated error."""
         volume, error = self._before(self.path.steps_of(cycle.cycle, 1)[0])
-        return Worn(self.history[-1].wear_volume - volume, self.history[-1].wear_error - error)
+        return self.history[-1].wear_volume - volume, self.history[-1].wear_error - error
 
     def jump_before(self, cycle: CyclePass) -> float:
         """Return the cycles that the repetition before this one stood for."""
@@ -147,15 +139,16 @@ class JumpLimits:
     most: float = math.inf
 
 
-def allowed_error(tolerance: float, worn: Worn, per_cycle: float, left: float) -> float:
+def allowed_error(tolerance: float, worn: float, error: float, per_cycle: float, left: float) -> float:
     """Return the error that the next jump may have over what it wears, for `tolerance` to hold for all in the end.
 
-    per_cycle: volume that the last cycle wears (mm^3); left: the cycles that are left.
+    worn, error: volume so far (mm^3) and its error; per_cycle: volume that the last cycle wears; left: the cycles that
+    are left.
     """
     to_come, aim = per_cycle * left, AIM * tolerance
     if to_come <= 0.0:
         return aim
-    unused = aim * worn.volume - worn.error
+    unused = aim * worn - error
     return max(aim + unused / to_come, LEAST_ALLOWED * tolerance)
 
 
