@@ -11,8 +11,8 @@ import numpy as np
 
 from fretsolve.case.keys.unrolled_path import stage_friction
 from fretsolve.case.models import Case
-from fretsolve.friction.field import friction_field
-from fretsolve.friction.law import FrictionOnGrid
+from fretsolve.friction.law import friction_field
+from fretsolve.friction.limit import FrictionOnGrid
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.line import LineContact
 from fretsolve.reference.slip_from_rim import RimFrictionLimit
@@ -62,7 +62,7 @@ class FrictionOnContact:
         values = np.asarray(self.coefficient(x, y))
         shape = np.broadcast_shapes(values.shape, pressure.shape)
         law = FrictionOnGrid(self.case.friction, np.broadcast_to(values, shape))
-        return law.fixed_bound().limit(np.broadcast_to(pressure, shape)).astype(np.float64)
+        return law.limit().limit(np.broadcast_to(pressure, shape)).astype(np.float64)
 
     def line_gross_slip_force(self, contact: LineContact) -> float | None:
         """Return the force (N/mm) at which a line contact slips, int b dx; None unless the coefficient is known."""

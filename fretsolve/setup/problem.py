@@ -12,6 +12,7 @@ import numpy as np
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.friction.limit import FrictionOnGrid
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import LoadPath
@@ -23,7 +24,7 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 from fretsolve.system.environment import compiler_asked, compiler_installed
 
 if TYPE_CHECKING:
-    from fretsolve.friction.law import FrictionLaw, FrictionOnGrid
+    from fretsolve.friction.law import FrictionLaw
     from fretsolve.setup.unresolved_heights import HeightMaps
     from fretsolve.wear.law import WearLaw
 
@@ -114,14 +115,14 @@ class ProblemSetup:
         savings = [NORMAL_SAVING, *[TANGENTIAL_SAVING] * model.has_shear, *[COUPLED_SAVING] * in_turns]
         return self.load_path.increments * sum(per_call + per_cell * cells for per_call, per_cell in savings)
 
-    def friction_on_grid(self) -> FrictionOnGrid | None:
-        """Return the friction law on the grid, None where friction is one coefficient.
+    def friction_on_grid(self) -> FrictionOnGrid:
+        """Return the friction on the grid, from which the friction limit of each increment follows.
 
         Raises CaseError where the coefficient is not one, or where a map does not give it where the contact at the end
         of a stage surely is.
         """
         if self.friction is None:
-            return None
+            return FrictionOnGrid(self.case.friction, varied=False)
         law = self.friction.on(self.grid)
         if law.unknown is not None and law.unknown.any():
             loads = sorted(set(self.load_path.normal_loads()), key=lambda load: load.values, reverse=True)

@@ -61,7 +61,7 @@ def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_stick_cells(setup: ProblemSetup, cycles: Sequence[WornCycle]) -> str | None:
     """Warn if cells that stick or slip as a whole are likely to change the worn volume by more than the tolerance."""
-    from fretsolve.wear.stick_cells import expected_error  # few cases have wear
+    from fretsolve.setup.worn_volume import expected_error  # few cases have wear
 
     grid, case = setup.grid, setup.case
     for cycle in cycles:

@@ -10,7 +10,7 @@ import pytest
 from fretsolve import run
 from fretsolve.case.models import Case
 from fretsolve.reference.worn_contact import WornLimit, worn_limit_at_displacement, worn_limit_at_force
-from fretsolve.wear.stick_cells import SPREAD, error_by_stick_cells, expected_error
+from fretsolve.setup.worn_volume import SPREAD, error_by_stick_cells, expected_error
 
 RADIUS, MODULUS, A0, FRICTION, ALPHA = 10.0, 1e5, 0.3, 0.2, 1e-7
 LOAD, DEPTH = 4.0 / 3.0 * MODULUS * A0**3 / RADIUS, A0**2 / RADIUS
