@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import DISPLACEMENTS
-from fretsolve.case.keys.expectation import Expectation
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError

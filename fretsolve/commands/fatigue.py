@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
-from fretsolve.case.keys.fatigue_spec import KINDS
+from fretsolve.case.keys.output_spec import KINDS
 from fretsolve.case.other_names import nearest
 from fretsolve.case.problems import together
 from fretsolve.case.quantities import QuantityError, to_internal

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import correlate1d
 
-from fretsolve.case.keys.fatigue_spec import AverageKind
+from fretsolve.case.keys.output_spec import AverageKind
 from fretsolve.errors import CaseError
 from fretsolve.system.arrays import DoubleArray
 

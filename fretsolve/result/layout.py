@@ -125,13 +125,6 @@ DISPLACEMENT = (
 
 RESTART = FIELDS + DISPLACEMENT
 
-CHANGE = tuple(
-    replace(one, name=f"change_{one.name}", long_name=f"change over the last increment of: {one.long_name}")
-    for one in RESTART
-    if one.array in ("pressure", "shear", "displacement")
-)
-"""Datasets that a restart needs in the middle of a stage, where the next increment is estimated by the last one."""
-
 WEAR = (
     FieldQuantity("wear_state_depth", "mm", "worn depth", array="depth"),
     FieldQuantity("wear_state_profile", "mm", "worn depth by which the surfaces have changed", array="profile"),

@@ -22,7 +22,6 @@ from fretsolve.result.checks import content_of, row_type
 from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
-    CHANGE,
     DERIVED_FIELDS,
     DISPLACEMENT,
     RESTART,
@@ -180,7 +179,7 @@ def write_result(
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
         if failure is not None and last_state is not None:
-            kept = {quantity.name: quantity for quantity in RESTART + CHANGE + DERIVED_FIELDS + WEAR}
+            kept = {quantity.name: quantity for quantity in RESTART + DERIVED_FIELDS + WEAR}
             for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
                 dataset.attrs.update(kept[name].attributes)
 
@@ -259,8 +258,7 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
         if quantity not in stored or values.dtype != quantity.dtype:
             group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
     derived = [quantity for quantity in DERIVED_FIELDS if getattr(state.fields, quantity.array) is not None]
-    changes, wear = (CHANGE if state.change is not None else ()), (WEAR if state.wear is not None else ())
-    for quantity in (*derived, *changes, *wear):
+    for quantity in (*derived, *(WEAR if state.wear is not None else ())):
         if quantity in stored:
             continue
         values = component(state, quantity)
@@ -270,7 +268,6 @@ def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> 
 
 def component(state: State, quantity: FieldQuantity) -> NDArray[Any]:
     """Return the array ``(nx, ny)`` of `state` that is stored as `quantity`."""
-    of_increment = state.change if quantity in CHANGE else state if quantity in DISPLACEMENT else state.fields
-    owner = state.wear if quantity in WEAR else of_increment
+    owner = state.wear if quantity in WEAR else state if quantity in DISPLACEMENT else state.fields
     array: NDArray[Any] = getattr(owner, quantity.array)
     return array if quantity.component is None else array[quantity.component]

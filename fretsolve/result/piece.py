@@ -24,8 +24,8 @@ from fretsolve.result.checks import (
     row_type,
 )
 from fretsolve.result.header import RunHeader
-from fretsolve.result.layout import CHANGE, DERIVED_FIELDS, QUANTITIES, RESTART, WEAR
-from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors, WearState
+from fretsolve.result.layout import DERIVED_FIELDS, QUANTITIES, RESTART, WEAR
+from fretsolve.result.state import Fields, State, Summary, SummaryErrors, WearState
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
 
@@ -182,20 +182,17 @@ class Piece(AbstractContextManager["Piece"]):
                 stored = kept.get(quantity.name)
                 field = self.read(quantity.name, summary.step) if stored is None else stored
                 of_state[quantity.array] = [field]
-        changes: dict[str, list[NDArray[Any]]] = {}
         worn: dict[str, list[NDArray[Any]]] = {}
-        for arrays, quantities in ((changes, CHANGE), (worn, WEAR)):
-            for quantity in quantities:
-                if quantity.name in kept:
-                    arrays.setdefault(quantity.array, []).append(kept[quantity.name])
-        shapes = {part.shape for arrays in (of_state, changes, worn) for array in arrays.values() for part in array}
+        for quantity in WEAR:
+            if quantity.name in kept:
+                worn.setdefault(quantity.array, []).append(kept[quantity.name])
+        shapes = {part.shape for arrays in (of_state, worn) for array in arrays.values() for part in array}
         with damage_reported(self.path, "restart"):
             require(len(shapes) == 1, "restart", "one grid")
-            change = Change(**_stacked(changes)) if changes else None
             wear = WearState(**_stacked(worn)) if worn else None
         fields = _stacked(of_state)
         displacement = fields.pop("displacement")
-        return State(summary, Fields(**fields), displacement, SummaryErrors(*errors) if errors else None, change, wear)
+        return State(summary, Fields(**fields), displacement, SummaryErrors(*errors) if errors else None, wear)
 
     def verify(self) -> None:
         """Read every dataset, so that its checksum is compared. Raises FileError."""

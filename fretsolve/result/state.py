@@ -166,19 +166,6 @@ class Fields:
 
 
 @dataclass(frozen=True)
-class Change:
-    """Changes over an increment, by which the next one is estimated.
-
-    pressure ``(nx, ny)`` and shear ``(2, nx, ny)`` in single precision; tangential displacement ``(2, nx, ny)`` in
-    double, since the slip of the next increment is counted from it.
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    displacement: FloatArray
-
-
-@dataclass(frozen=True)
 class WearState:
     """The wear so far, each ``(nx, ny)`` in double precision.
 
@@ -201,13 +188,12 @@ class State:
     """Everything after one certified increment.
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is `nothing`, and
-    so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; change: over the
-    increment, where the next one is estimated by it; wear: where there is any.
+    so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; wear: where
+    there is any.
     """
 
     summary: Summary
     fields: Fields
     displacement: FloatArray
     errors: SummaryErrors | None = None
-    change: Change | None = None
     wear: WearState | None = None

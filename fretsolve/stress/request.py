@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from fretsolve.case.keys.stress_spec import StressSpec
+from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.elastic.fftw import load_wisdom, save_wisdom
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
-from fretsolve.case.keys.stress_spec import StressSpec
+from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.result import Result
 from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed

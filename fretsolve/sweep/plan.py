@@ -15,7 +15,7 @@ from fretsolve.case.source import CaseSource, Override
 from fretsolve.errors import CaseError, FileError, KeyPath
 from fretsolve.result import RunHeader
 from fretsolve.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
-from fretsolve.setup.kernel_choice import compiling_pays
+from fretsolve.setup.problem import compiling_pays
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.sweep.beginnings import beginnings_of, shared

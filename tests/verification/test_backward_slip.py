@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from line_cases import FRICTION, HERTZ, LOAD, MATERIAL, A, cells_per_half_width, solve_line
 
-from fretsolve.reference.bulk_stress import LineUnderBulk
+from fretsolve.reference.line_slip import LinePartialSlip
 
 
 def ends_of(f, b, increments):
     """Ends of the stick zone over a, by the closed form and found."""
     strain = MATERIAL.A * FRICTION * HERTZ.max_pressure
-    exact = LineUnderBulk(A, HERTZ.max_pressure, FRICTION, MATERIAL.A, f * FRICTION * LOAD, b * strain)
+    exact = LinePartialSlip(HERTZ, FRICTION, f * FRICTION * LOAD, MATERIAL.A, b * strain)
     stage = {"Qx": exact.shear_force, "bulk_2": {"xx": 4.0 * b * FRICTION * HERTZ.max_pressure}}
     path = [{"P": LOAD}, {**stage, "increments": increments}]
     found = solve_line(grid=cells_per_half_width(80), load_path=path)[-1].summary

@@ -29,7 +29,8 @@ from fretsolve.elastic.line_operator import LineOperator
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
-from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.line import HertzLine, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width

@@ -30,9 +30,8 @@ from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
 from fretsolve.setup.cost_estimate import expected_increments
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.setup.warnings import case_warnings
-from fretsolve.setup.warnings.resolution import warning_of_result
-from fretsolve.setup.warnings.wear import warning_of_slip
+from fretsolve.setup.warnings import case_warnings, warning_of_result
+from fretsolve.setup.wear_warnings import warning_of_slip
 from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
 MOST_STAGES_IN_TABLE = 30

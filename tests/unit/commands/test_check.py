@@ -9,7 +9,7 @@ import pytest
 from command_line import invoke, refused
 from small_cases import CASE, write_case
 
-from fretsolve.case.keys.expectation import Expectation
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.commands.check import Comparison
 
 EXPECT = CASE[CASE.index("expect:") :]

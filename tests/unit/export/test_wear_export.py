@@ -23,7 +23,7 @@ from fretsolve.export.tables import require_wear, write_heights
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.setup.warnings.wear import warning_of_slip
+from fretsolve.setup.wear_warnings import warning_of_slip
 from fretsolve.setup.worn_volume import error_by_grid
 from fretsolve.stress.tractions import cycle_ends, cycle_stages, last_cycle
 
