@@ -20,11 +20,9 @@ from fretsolve.fatigue.names import WORST_NAMES, dataset_name
 from fretsolve.fatigue.request import FatigueRequest
 from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
 from fretsolve.result import Result
-from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
-from fretsolve.result.layout import Quantity, X, Y
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import FIELD_FILTERS, create_column
+from fretsolve.result.layout import FIELD_FILTERS, Quantity, X, Y, create_column
+from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
 from fretsolve.stress.names import ComputedFile, opened_computed, require_made_from
 from fretsolve.stress.stress_file import DEPTH
 from fretsolve.system import atomic_files

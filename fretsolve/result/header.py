@@ -10,23 +10,21 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from fretsolve import __version__
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.result.layout import (
     FORMAT_VERSION,
-    HEADER,
-    HEADER_GROUP,
     FieldQuantity,
     Quantity,
     is_single,
     optional_columns,
+    row_type,
     stored_fields,
 )
-from fretsolve.result.storage import create_column, write_texts
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import own_dataset
 
 WITHOUT_EFFECT = (
     *(("bodies", body, key) for body in (0, 1) for key in ("material", "yield_stress")),
@@ -38,10 +36,10 @@ ERROR_BARS = ("solver", "error_bars")
 """Key of a case that asks for error bars."""
 
 CHECKSUM = "sha256"
-"""Name of the checksum in a header's text."""
+"""Name of the checksum in a header."""
 
 CONTENT = "content"
-"""Name of what a header's text says of the datasets."""
+"""Name of the attribute of the root that says what the datasets hold."""
 
 LARGEST_HEADER = 2**25
 """Bytes of a header's text. A case file has at most 4 MiB."""
@@ -90,10 +88,15 @@ class RunHeader:
         return optional_columns(self.case)
 
     @cached_property
-    def digest(self) -> bytes:
+    def row_type(self) -> np.dtype[Any]:
+        """The type of a record of the history."""
+        return row_type(self.errors, self.optional_columns)
+
+    @cached_property
+    def digest(self) -> str:
         """SHA-256 of the version and of all that decides the numbers of the run; the same after a resume."""
         identity = sorted(([*map(str, key)], value) for key, value in _identity(self.attributes("running")).items())
-        return hashlib.sha256(json.dumps([self.version, identity]).encode()).digest()
+        return _digest([self.version, identity])
 
     @property
     def stored_fields(self) -> tuple[FieldQuantity, ...]:
@@ -123,12 +126,14 @@ class RunHeader:
     def to_json(self) -> str:
         """Return text with a checksum from which `from_json` rebuilds the header exactly."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return sealed({**values, "x": self.x.tolist(), "y": self.y.tolist()})
+        values |= {"x": self.x.tolist(), "y": self.y.tolist()}
+        return json.dumps({**values, CHECKSUM: _digest(values)})
 
     @classmethod
     def from_json(cls, text: str) -> RunHeader:
         """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
-        values = unsealed(text)
+        values = json.loads(text)
+        _require_unchanged(values)
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
         header = cls(**{**values, **axes, "fields": tuple(values["fields"])})
         require_header_texts(header.attributes("stopped"))
@@ -140,42 +145,40 @@ class RunHeader:
         return header
 
 
-def sealed(values: Mapping[str, Any]) -> str:
-    """Return `values` as JSON with a checksum, which `unsealed` compares."""
-    return json.dumps({**values, CHECKSUM: _digest(values)})
-
-
-def unsealed(text: str) -> dict[str, Any]:
-    """Return what `sealed` has been given. Raises ValueError if the text has changed."""
-    values = json.loads(text)
-    if not isinstance(values, dict):
-        raise ValueError("a JSON object is needed")
-    if values.pop(CHECKSUM, None) != _digest(values):
-        raise ValueError("the checksum does not match, so the text was changed or is damaged")
-    return values
-
-
 def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
-    """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`."""
-    texts = {name: value for name, value in attributes.items() if isinstance(value, str)}
-    write_texts(file.id, texts)
-    file.attrs.update({name: value for name, value in attributes.items() if name not in texts})
-    text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
-    create_column(file.create_group(HEADER_GROUP), HEADER, text)
+    """Write attributes to the root of an HDF5 file, and `content` and a checksum as further ones, for `read_sealed`.
+
+    Texts have a fixed length: damage to texts of variable length may make HDF5 loop without end.
+    """
+    values = {**attributes, CONTENT: json.dumps(content)}
+    for name, value in {**values, CHECKSUM: _digest(values)}.items():
+        data = value.encode() if isinstance(value, str) else value
+        dtype = h5py.string_dtype("utf-8", max(1, len(data))) if isinstance(data, bytes) else None
+        file.attrs.create(name, data, dtype=dtype)
 
 
 def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return attributes and content that `write_sealed` wrote. Raises ValueError or KeyError if they are damaged."""
-    name = f"{HEADER_GROUP}/{HEADER.name}"
-    stored = own_dataset(file, name)
-    if stored.nbytes > LARGEST_HEADER:
-        raise ValueError(f"{name} must hold at most {LARGEST_HEADER} bytes")
-    attributes = unsealed(stored[:].tobytes().decode())
-    content = attributes.pop(CONTENT)
-    return attributes, content
+    """Return attributes and content that `write_sealed` wrote. Raises OSError, ValueError or KeyError for damage."""
+    values: dict[str, Any] = {}
+    for name in file.attrs:
+        stored = file.attrs.get_id(name)
+        if stored.dtype.kind not in "Si" or stored.shape or stored.get_storage_size() > LARGEST_HEADER:
+            raise ValueError(f"the attribute {name} is neither a whole number nor a text of fixed length")
+        value = file.attrs[name]
+        values[name] = value.decode() if isinstance(value, bytes) else int(value)
+    _require_unchanged(values)
+    content: dict[str, Any] = json.loads(values.pop(CONTENT))
+    return values, content
 
 
-def _digest(values: Mapping[str, Any]) -> str:
+def _require_unchanged(values: dict[str, Any]) -> None:
+    """Take the checksum out of `values`, and raise ValueError unless it is theirs."""
+    if values.pop(CHECKSUM, None) != _digest(values):
+        raise ValueError("the checksum does not match, so the text was changed or is damaged")
+
+
+def _digest(values: Any) -> str:
+    """Return the SHA-256 of what JSON can hold."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
 
 

@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.errors import FileError
 from fretsolve.result import Result
-from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
-from fretsolve.result.layout import STEP, Quantity, X, Y
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import FIELD_FILTERS, chunk_shape, create_column
+from fretsolve.result.layout import FIELD_FILTERS, STEP, Quantity, X, Y, chunk_shape, create_column
+from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
 from fretsolve.stress.evaluate import layers
 from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component
 from fretsolve.stress.invariants import MEANINGS

@@ -8,7 +8,7 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
@@ -16,7 +16,6 @@ from fretsolve.case.loading import read_case
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
 from fretsolve.kernels import load
 from fretsolve.result import open_result
-from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
@@ -72,16 +71,15 @@ def solve(
     threads: int = 1,
     pause: float = 0.0,
     shared: Mapping[int, Path] = NOTHING_SHARED,
-    empty: EmptyHistories | None = None,
 ) -> Report:
     """Solve what is missing of case `index`, save it and report how that ended.
 
     show: called after each increment; pause: seconds for which increments may stay unsaved; shared: files
-    of beginnings, and empty: histories without values, see `HistoryWriter.open`. Raises FileError.
+    of beginnings, see `HistoryWriter.open`. Raises FileError.
     """
     began, code, reason = time.perf_counter(), 0, ""
     with HistoryWriter.open(
-        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared, empty=empty
+        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
         if writer.complete:  # another process was faster, or was ended before it had written the files beside it
             write_beside(case, threads)
@@ -157,7 +155,6 @@ class CaseRunner:
     """Runs cases of the sweep `manifest`, and reads its case file once."""
 
     manifest: Manifest
-    empty_histories: EmptyHistories = field(default_factory=EmptyHistories)
 
     @cached_property
     def base(self) -> BaseCase:
@@ -179,8 +176,7 @@ class CaseRunner:
                 raise CaseError(message, (), self.manifest.case)
             # A kill may cost 2 s of work. A shorter case is written once, which is faster.
             shared = files_of(row.shared, self.manifest.folder)
-            threads, empty = self.manifest.threads, self.empty_histories
-            report = solve(case, row.index, stop, threads=threads, pause=2.0, shared=shared, empty=empty)
+            report = solve(case, row.index, stop, threads=self.manifest.threads, pause=2.0, shared=shared)
         except FretsolveError as error:
             report = Report(row.index, error.exit_code, _one_line(error), isinstance(error, BusyError))
         except MemoryError:

@@ -14,7 +14,7 @@ from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.layout import HISTORY, STEP
 from fretsolve.result.parts import write_result
 from fretsolve.result.reader import open_result
-from fretsolve.result.storage import SHORT_COLUMN
+from fretsolve.result.layout import SHORT_COLUMN
 
 
 def content_of(out: Path, count: int, pressed: float, empty: EmptyHistories | None) -> dict[str, Any]:

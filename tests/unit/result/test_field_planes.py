@@ -13,7 +13,7 @@ import pytest
 from fretsolve.result import storage
 from fretsolve.result.layout import FIELDS
 from fretsolve.result.planes import write_planes
-from fretsolve.result.storage import create_field
+from fretsolve.result.layout import create_field
 from fretsolve.system.arrays import FloatArray
 
 PRESSURE, ZONE = (next(one for one in FIELDS if one.name == name) for name in ("pressure", "zone"))

@@ -18,7 +18,7 @@ from fretsolve.result import HistoryWriter, reader
 from fretsolve.result.header import read_sealed, write_sealed
 from fretsolve.result.layout import FIELDS, FORMAT_VERSION, HISTORY, QUANTITIES
 from fretsolve.result.parts import component, parts_folder
-from fretsolve.result.piece import Part
+from fretsolve.result.part_reader import Part
 
 COUNT = 4
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fretsolve.result.layout import HISTORY, STEP
-from fretsolve.result.storage import CHUNK_BYTES, SHORT_COLUMN, chunk_shape, create_column, create_columns
+from fretsolve.result.layout import CHUNK_BYTES, SHORT_COLUMN, chunk_shape, create_column, create_columns
 
 
 @pytest.mark.parametrize(("shape", "chunk"), [((6, 5), (6, 5)), ((512, 512), (256, 512)), ((1000, 1000), (125, 1000))])
