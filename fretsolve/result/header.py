@@ -10,7 +10,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from fretsolve import __version__
@@ -19,12 +18,14 @@ from fretsolve.result.layout import (
     FORMAT_VERSION,
     FieldQuantity,
     Quantity,
+    described,
     is_single,
     optional_columns,
     row_type,
     stored_fields,
 )
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.foreign_files import own_dataset
 
 WITHOUT_EFFECT = (
     *(("bodies", body, key) for body in (0, 1) for key in ("material", "yield_stress")),
@@ -38,8 +39,11 @@ ERROR_BARS = ("solver", "error_bars")
 CHECKSUM = "sha256"
 """Name of the checksum in a header."""
 
+HEADER = "header/json"
+"""Dataset of a result that fretsolve reads instead of the root's attributes."""
+
 CONTENT = "content"
-"""Name of the attribute of the root that says what the datasets hold."""
+"""Name of what a header says of the datasets."""
 
 LARGEST_HEADER = 2**25
 """Bytes of a header's text. A case file has at most 4 MiB."""
@@ -126,14 +130,12 @@ class RunHeader:
     def to_json(self) -> str:
         """Return text with a checksum from which `from_json` rebuilds the header exactly."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        values |= {"x": self.x.tolist(), "y": self.y.tolist()}
-        return json.dumps({**values, CHECKSUM: _digest(values)})
+        return sealed({**values, "x": self.x.tolist(), "y": self.y.tolist()})
 
     @classmethod
     def from_json(cls, text: str) -> RunHeader:
         """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
-        values = json.loads(text)
-        _require_unchanged(values)
+        values = unsealed(text)
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
         header = cls(**{**values, **axes, "fields": tuple(values["fields"])})
         require_header_texts(header.attributes("stopped"))
@@ -145,41 +147,42 @@ class RunHeader:
         return header
 
 
-def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
-    """Write attributes to the root of an HDF5 file, and `content` and a checksum as further ones, for `read_sealed`.
-
-    Texts have a fixed length: damage to texts of variable length may make HDF5 loop without end.
-    """
-    values = {**attributes, CONTENT: json.dumps(content)}
-    for name, value in {**values, CHECKSUM: _digest(values)}.items():
-        data = value.encode() if isinstance(value, str) else value
-        dtype = h5py.string_dtype("utf-8", max(1, len(data))) if isinstance(data, bytes) else None
-        file.attrs.create(name, data, dtype=dtype)
+def sealed(values: Mapping[str, Any]) -> str:
+    """Return `values` as JSON with a checksum, which `unsealed` compares."""
+    return json.dumps({**values, CHECKSUM: _digest(values)})
 
 
-def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return attributes and content that `write_sealed` wrote. Raises OSError, ValueError or KeyError for damage."""
-    values: dict[str, Any] = {}
-    for name in file.attrs:
-        stored = file.attrs.get_id(name)
-        if stored.dtype.kind not in "Si" or stored.shape or stored.get_storage_size() > LARGEST_HEADER:
-            raise ValueError(f"the attribute {name} is neither a whole number nor a text of fixed length")
-        value = file.attrs[name]
-        values[name] = value.decode() if isinstance(value, bytes) else int(value)
-    _require_unchanged(values)
-    content: dict[str, Any] = json.loads(values.pop(CONTENT))
-    return values, content
-
-
-def _require_unchanged(values: dict[str, Any]) -> None:
-    """Take the checksum out of `values`, and raise ValueError unless it is theirs."""
-    if values.pop(CHECKSUM, None) != _digest(values):
+def unsealed(text: str) -> dict[str, Any]:
+    """Return what `sealed` has been given. Raises ValueError if the text has changed."""
+    values: dict[str, Any] = json.loads(text)
+    if not isinstance(values, dict) or values.pop(CHECKSUM, None) != _digest(values):
         raise ValueError("the checksum does not match, so the text was changed or is damaged")
+    return values
 
 
 def _digest(values: Any) -> str:
     """Return the SHA-256 of what JSON can hold."""
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
+    """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`.
+
+    h5py shows texts of attributes as such only if they have no fixed length, and HDF5 has no checksum for those.
+    """
+    file.attrs.update(attributes)
+    text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
+    header = file.create_dataset(HEADER, data=text, compression="gzip")
+    header.attrs.update(described("1", "the attributes of the root as JSON text in UTF-8, with their SHA-256"))
+
+
+def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return attributes and content that `write_sealed` wrote. Raises ValueError or KeyError if they are damaged."""
+    stored = own_dataset(file, HEADER)
+    if stored.nbytes > LARGEST_HEADER:
+        raise ValueError(f"{HEADER} must hold at most {LARGEST_HEADER} bytes")
+    attributes = unsealed(stored[:].tobytes().decode())
+    return attributes, attributes.pop(CONTENT)
 
 
 def require_header_texts(attributes: Mapping[str, Any]) -> None:

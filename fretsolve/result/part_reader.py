@@ -7,11 +7,14 @@ raise ValueError or KeyError for it, which `damage_reported` turns into a messag
 from __future__ import annotations
 
 import hashlib
+import struct
+import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +34,12 @@ _REASONS = {
     "checksum": "{} is damaged: the checksum does not match",
 }
 """The meaning of parts of HDF5's messages."""
+
+_DAMAGE = (
+    *(ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError),
+    *(BadZipFile, EOFError, struct.error, zlib.error),  # of files of NumPy
+)
+"""What reading a damaged file raises, besides OSError and RuntimeError of HDF5."""
 
 RUN = "run"
 """Attribute of a part with the digest of its run."""
@@ -239,5 +248,5 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
         message, what = " ".join(str(error).split()), what or "the file"
         reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
         raise FileError(next(reasons, f"cannot read {what}: {shortened(message)}"), path) from error
-    except (ArithmeticError, AttributeError, LookupError, MemoryError, TypeError, ValueError) as error:
+    except _DAMAGE as error:
         raise FileError(f"cannot read {what or 'the file'}: {shortened(str(error))}", path) from error

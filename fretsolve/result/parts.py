@@ -94,8 +94,8 @@ def all_states(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if _STATE_NAME.fullmatch(path.name))
 
 
-def damaged_name(path: Path) -> Path:
-    """Return a free name beside a damaged file or folder, to which it can be moved."""
+def free_name(path: Path) -> Path:
+    """Return a name beside a damaged file or folder to which it can be moved."""
     names = (path.with_name(f"{path.name}.damaged-{number}") for number in itertools.count(1))
     return next(name for name in names if not os.path.lexists(name))
 
@@ -133,7 +133,8 @@ def read_state(part: Part, shape: tuple[int, int]) -> State:
     """Return the state after `part`, exactly as it was, on a grid of `shape`. Raises FileError, FileNotFoundError."""
     with damage_reported(part.state):
         require_regular(part.state)
-        state = _load_state(part.state, shape)
+        with part.state.open("rb") as file:
+            state = _load_state(file, shape)
         require(state.summary.step == part.last, "row", "the increment that the name says")
         return state
 
@@ -144,7 +145,7 @@ def read_restart(reader: PartReader, shape: tuple[int, int]) -> State:
         return _load_state(io.BytesIO(own_dataset(reader.file, RESTART)[:].tobytes()), shape)
 
 
-def _load_state(file: Path | IO[bytes], shape: tuple[int, int]) -> State:
+def _load_state(file: IO[bytes], shape: tuple[int, int]) -> State:
     with np.load(file, allow_pickle=False) as stored:
         if stored.zip.testzip() is not None:
             raise ValueError("the checksum does not match")

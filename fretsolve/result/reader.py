@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
-from fretsolve.result.header import CONTENT, LARGEST_HEADER, RunHeader, read_sealed, require_header_texts
+from fretsolve.result.header import HEADER, LARGEST_HEADER, RunHeader, read_sealed, require_header_texts
 from fretsolve.result.layout import (
     FORMAT_VERSION,
     QUANTITIES,
@@ -257,7 +257,7 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
     with damage_reported(out, "header"), open_hdf5(out) as file:
-        if CONTENT not in file.attrs:
+        if HEADER not in file:
             raise FileError("an HDF5 file, but not a result of fretsolve: it has no header", out)
         attributes, content = read_sealed(file)
         if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):

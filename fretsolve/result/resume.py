@@ -19,7 +19,7 @@ from fretsolve.result.parts import (
     all_parts,
     all_states,
     contiguous_parts,
-    damaged_name,
+    free_name,
     parts_folder,
     read_restart,
     read_state,
@@ -126,41 +126,39 @@ class SavedRun:
         return self.complete
 
     def _take_up_result(self, retry: bool) -> None:
-        """Take OUT, or the parts beside it where OUT is damaged, or has failed and has fewer increments than they.
+        """Take OUT, or the parts beside it where OUT is damaged, or has failed and has fewer increments than they have.
 
-        Nothing is removed before what else holds it has been read whole. Raises FileError.
+        Parts are removed only after the result that holds them has been read whole. Raises FileError.
         """
         if saved := all_parts(self.folder):
             usable = self._require_own_parts()
-            try:
-                with open_result(self.out) as result, PartReader(self.out) as reader:
-                    increments, complete = result.increments, result.status == "complete"
-                    reader.verify()
-            except FileError as damage:
+            if (problem := self._problem_of_result(saved[-1].last + 1)) is not None:
                 if not usable:
-                    message = f"{damage.message}; the saved increments in {self.folder.name} cannot be used instead"
-                    raise FileError(f"{message}: {HEADER_NAME} or the first of them is missing", self.out) from damage
+                    message = f"{problem.message}; the saved increments in {self.folder.name} cannot be used instead"
+                    raise FileError(f"{message}: {HEADER_NAME} or the first of them is missing", self.out) from problem
                 self._set_rest_aside(self._read_parts())
-                aside = damaged_name(self.out)
+                aside = free_name(self.out)
                 atomic_files.rename(self.out, aside)
-                self.notes.append(f"{damage}; going on from {self.folder.name}. The file was moved to {aside.name}")
+                self.notes.append(f"{problem}; going on from {self.folder.name}. The file was moved to {aside.name}")
                 return
-            if not complete and saved[-1].last >= increments:
-                if not usable:
-                    message = f"holds more increments than {self.out.name}, but {HEADER_NAME} or the first is missing"
-                    raise FileError(f"{message}: put it back, or start anew with --overwrite", self.folder)
-                problem = self._read_parts()
-                if len(self.summaries) > increments:
-                    self._set_rest_aside(problem)
-                    there = f"{self.out} has failed after {counted(increments, 'increment')}"
-                    self.notes.append(f"{there}, {self.folder.name} has {len(self.summaries)}; going on from those")
-                    atomic_files.remove(self.out)
-                    return
-                self.last_state, self.summaries, self.parts = None, [], []
         if self.take_final(retry):
             self.remove_parts()
         else:
             self._take_up_failed()
+
+    def _problem_of_result(self, saved: int) -> FileError | None:
+        """Return why OUT cannot stand for the parts beside it, which have `saved` increments; None if it can."""
+        try:
+            with open_result(self.out) as result, PartReader(self.out) as reader:
+                reader.verify()
+                if result.status != "complete" and result.increments < saved:
+                    there = f"has failed after {counted(result.increments, 'increment')}"
+                    return FileError(f"{there}, {self.folder.name} has {saved}", self.out)
+                if result.status != "complete" and result.increments:
+                    read_restart(reader, self.header.shape)
+        except FileError as damage:
+            return damage
+        return None
 
     def _require_own_parts(self) -> bool:
         """Return whether the parts beside OUT are of use. Raises FileError if they or OUT are of another run."""
@@ -246,7 +244,7 @@ class SavedRun:
             message = f"{problem.message}, and there is no saved state before it: --overwrite starts anew"
             raise FileError(message, problem.file) from problem
         later = [part.path for part in all_parts(self.folder) if part.last > self.parts[-1].last]
-        aside = damaged_name(self.folder)
+        aside = free_name(self.folder)
         atomic_files.move(aside, *reversed(later))  # the last one first, so that those that are left follow each other
         there = f"{problem}; going on from increment {len(self.summaries)}"
         self.notes.append(f"{there}. What follows was moved to {aside.name}")

@@ -25,8 +25,8 @@ from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, require_free
 from fretsolve.system.foreign_files import require_regular
 
-STATE_EVERY = 16
-"""Of so many parts one state is kept, from which the run can go on if a part after it is damaged."""
+STATES_KEPT = 16
+"""So many of the newest states are kept, and one of so many before: where a run can go on if a part is damaged."""
 
 RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
 """Advice for a run of one case, and for one of several cases."""
@@ -174,9 +174,9 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             if self._unsaved:
                 self._saved.parts.append(write_part(self._saved.folder, self.header, self._unsaved))
                 self._unsaved.clear()
-                # The state before the last one stays, in case that the last one is damaged.
-                if len(self._saved.parts) > 2 and (len(self._saved.parts) - 2) % STATE_EVERY:
-                    atomic_files.remove(self._saved.parts[-3].state, durable=False)
+                old = len(self._saved.parts) - STATES_KEPT
+                if old > 0 and old % STATES_KEPT:
+                    atomic_files.remove(self._saved.parts[old - 1].state, durable=False)
         self._saved_at = time.monotonic()
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:

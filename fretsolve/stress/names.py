@@ -78,11 +78,11 @@ def opened_computed(path: Path) -> Iterator[ComputedFile | None]:
 
 def _header_of(path: Path, kind: str, file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the attributes and the content in the header of a file. Raises FileError."""
-    from fretsolve.result.header import CONTENT, read_sealed
+    from fretsolve.result.header import read_sealed
     from fretsolve.result.part_reader import damage_reported
 
     with damage_reported(path, "the header"):
-        if CONTENT not in file.attrs:
+        if "header" not in file:
             message = "has no header with a checksum: it is damaged, or of another program"
             raise FileError(f"{message}; `fretsolve {kind} RESULT --overwrite` makes it again", path)
         attributes, content = read_sealed(file)

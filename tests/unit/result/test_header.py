@@ -35,11 +35,9 @@ def test_text_and_back() -> None:
 def test_a_changed_text_is_damage() -> None:
     text = sealed({"a": 1, "b": [2.5]})
     assert unsealed(text) == {"a": 1, "b": [2.5]}
-    for other in (text.replace("2.5", "2.6"), text.replace(CHECKSUM, "md5"), '{"a": 1}'):
+    for other in (text.replace("2.5", "2.6"), text.replace(CHECKSUM, "md5"), '{"a": 1}', "[1]"):
         with pytest.raises(ValueError, match="the checksum does not match"):
             unsealed(other)
-    with pytest.raises(ValueError, match="a JSON object is needed"):
-        unsealed("[1]")
 
 
 @pytest.mark.parametrize(

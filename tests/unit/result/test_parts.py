@@ -40,7 +40,7 @@ def result_of(summaries: list[Summary], errors: list[SummaryErrors] | None = Non
     header = fake_header(stored=(), every=len(summaries) + 1, errors=errors is not None)
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out.h5"
-        write_result(out, Path(folder), header, [], states, states[-1] if states else None, None)
+        write_result(out, Path(folder), header, [], states, states[-1] if states else None, "complete")
         yield out
 
 

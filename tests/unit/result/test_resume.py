@@ -112,7 +112,7 @@ def overwrite(out: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("end", "increments", "damaged"),
-    [("complete", 6, "fields/pressure"), ("failed", 4, "restart/displacement_x"), ("failed", 4, "history/P")],
+    [("complete", 6, "fields/pressure"), ("failed", 4, "restart"), ("failed", 4, "history/P")],
 )
 def test_a_damaged_result_removes_no_saved_increments(tmp_path: Path, end: str, increments: int, damaged: str) -> None:
     write_increments(tmp_path / "whole.h5", fake_header())
@@ -167,13 +167,6 @@ def test_of_a_failed_result_and_its_parts_the_longer_is_taken(
         assert len(writer.notes) == (saved > failed)
     write_increments(out, fake_header(), resume=True)
     assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
-
-
-def test_a_failed_result_wins_over_damaged_parts(out: Path) -> None:
-    beside_parts(out, 4, "failed", 3)
-    overwrite(parts_folder(out) / "000001-000001.h5", "fields/pressure")
-    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
-        assert len(writer.summaries) == 3
 
 
 @pytest.mark.parametrize("stop_after", [2, None])

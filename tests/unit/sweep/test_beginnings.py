@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fretsolve.result.empty_histories import EmptyHistories
 from small_cases import DISSIMILAR, case_of
 from sweeping import assert_as_serial, write_sweep
 
 from fretsolve import open_result
 from fretsolve.errors import FretsolveError
 from fretsolve.increment.increment import IncrementSolver
-from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.sweep import beginnings
 from fretsolve.sweep.beginnings import FOLDER_NAME, Beginning, shared
 from fretsolve.sweep.case_run import CaseRunner
