@@ -19,7 +19,6 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.case.history import EXTENTS
 from fretsolve.errors import FileError, shortened
 from fretsolve.result.header import RunHeader, read_sealed
 from fretsolve.result.layout import DERIVED_FIELDS, ERRORS, FIELDS, QUANTITIES, STEP, optional_among, row_type
@@ -43,12 +42,6 @@ _DAMAGE = (
 
 RUN = "run"
 """Attribute of a part with the digest of its run."""
-
-_MAY_BE_UNKNOWN = frozenset((*(quantity.name for quantity in ERRORS), *EXTENTS))
-"""Columns in which NaN stands for what is not known or does not exist."""
-
-_UNKNOWN_OF_A_LINE = ("delta_z", "delta_x", "delta_y")
-"""Columns that a line contact leaves unknown throughout."""
 
 MOST_SMALL_BYTES, USUAL_RATIO = 2**28, 32
 """Bytes of the history or an axis that a small file may hold, and bytes of numbers for a stored byte beyond that.
@@ -94,9 +87,6 @@ class PartReader(AbstractContextManager["PartReader"]):
         """x and y of the cell centres of a result file."""
         with damage_reported(self.path, "grid"):
             x, y = (_read_column(own_dataset(self.file, f"fields/{axis}")) for axis in ("x", "y"))
-            for name, axis in (("x", x), ("y", y)):
-                require(axis.dtype == np.float64 and len(axis), f"fields/{name}", "numbers")
-                require(np.isfinite(axis).all() and (np.diff(axis) > 0.0).all(), f"fields/{name}", "ascending numbers")
             return x, y
 
     def require_content(self, content: Mapping[str, Any]) -> None:
@@ -108,9 +98,6 @@ class PartReader(AbstractContextManager["PartReader"]):
             changed += sorted({name for name in content["fields"] if name in QUANTITIES} ^ set(found["fields"]))
         if changed:
             raise FileError(f"{', '.join(changed[:3])} was changed: it differs from the header", self.path)
-        steps = set(self.field_steps)
-        if not steps <= set(self.rows["step"].tolist()) or sorted(steps) != self.field_steps:
-            raise FileError("fields/step does not name increments of the history", self.path)
 
     def require_part(self, header: RunHeader, first: int, last: int) -> None:
         """Raise FileError unless this is a part of a run, with the increments `first` to `last`.
@@ -211,22 +198,11 @@ def content_of(
 
 
 def _row_records(columns: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
-    """Return columns as a record per increment.
-
-    Raises KeyError or ValueError if one is missing, too short, or has no number where there must be one.
-    """
-    kind = row_type(ERRORS[0].name in columns, optional_among(columns.keys()))
-    rows = np.empty(columns["step"].shape, kind)
-    for name in kind.names or ():
-        column, whole = columns[name], kind[name].kind == "i"
-        require(column.shape == rows.shape, name, f"{len(rows)} numbers, one per increment")
-        require(column.dtype.kind in ("iu" if whole else "iuf"), name, "whole numbers" if whole else "numbers")
-        rows[name] = column
-        unknown = name in _UNKNOWN_OF_A_LINE and np.isnan(rows[name]).all()
-        if name not in _MAY_BE_UNKNOWN and not unknown:
-            require(np.isfinite(rows[name]).all(), name, "finite numbers, NaN is damage")
-    first = rows["step"][0] if len(rows) else 0
-    require((rows["step"] == first + np.arange(len(rows))).all(), "step", "numbers that follow each other")
+    """Return columns as a record per increment. Raises KeyError or ValueError if one is missing or too short."""
+    rows = np.empty(columns["step"].shape, row_type(ERRORS[0].name in columns, optional_among(columns.keys())))
+    for name in rows.dtype.names or ():
+        require(columns[name].shape == rows.shape, name, f"{len(rows)} numbers, one per increment")
+        rows[name] = columns[name]
     return rows
 
 

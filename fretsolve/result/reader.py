@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
-from fretsolve.result.header import HEADER, LARGEST_HEADER, RunHeader, read_sealed, require_header_texts
+from fretsolve.result.header import HEADER, LARGEST_HEADER, RunHeader, read_sealed
 from fretsolve.result.layout import (
     FORMAT_VERSION,
     QUANTITIES,
@@ -264,7 +264,6 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
             raise FileError(f"a file of {what}, not the result that they were computed from", out)
         _require_known_format(out, attributes["format_version"], attributes["fretsolve_version"])
-        require_header_texts(attributes)
         return attributes, content
 
 

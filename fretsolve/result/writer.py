@@ -84,7 +84,6 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self._pause, self._advice, self._shared = pause, advice, shared
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
-        self._no_fields: Fields | None = None
 
     @classmethod
     def open(
@@ -117,7 +116,6 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 if overwrite and out.stat().st_size and not h5py.is_hdf5(out):
                     message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
                     raise FileError(message, out)
-            header.require_modest()
             saved = SavedRun(out, header, advice)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not saved.folder.exists() and saved.take_final(retry):
@@ -153,10 +151,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             # Nothing goes on from the one before. Its arrays, if kept, would take up to 7 % of the time of small grids:
             # new ones would not lie in the cache.
             before = self._unsaved[-2]
-            if self.header.fields and self.header.stores_fields(before.summary.step):
-                fields = _fields_alone(before.fields, self.header.fields)
-            else:
-                fields = self._no_fields = self._no_fields or _fields_alone(before.fields, ())
+            names = self.header.fields if self.header.stores_fields(before.summary.step) else ()
+            fields = _fields_alone(before.fields, names)
             self._unsaved[-2] = State(before.summary, fields, nothing(before.displacement.shape), before.errors)
         self._write_shared(state)
         if time.monotonic() - self._saved_at >= self._pause:

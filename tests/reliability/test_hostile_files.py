@@ -104,9 +104,8 @@ def test_columns_that_another_version_adds_are_no_damage(out: Path, monkeypatch:
 def test_numbers_that_another_program_has_changed(out: Path, name: str) -> None:
     with h5py.File(out, "r+") as file:
         file[f"{'fields' if name in ('x', 'step') else 'history'}/{name}"][0] -= 1
-    found = "fields/step does not name increments of the history"
-    found = found if name == "step" else f"{name} was changed: it differs from the header"
-    assert found in refused(4, "show", out)
+    named = "step of fields" if name == "step" else name
+    assert f"{named} was changed: it differs from the header" in refused(4, "show", out)
 
 
 def begin(out: Path, increments: int, shape: tuple[int, int] = (6, 5)) -> Path:
