@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
+from fretsolve.result.cycles.table import cycle_table
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
     FIELD_FILTERS,
@@ -32,7 +33,6 @@ from fretsolve.result.layout import (
     create_column,
     create_field,
     described,
-    has_cycles,
     quantities_of,
 )
 from fretsolve.result.part_reader import RUN, PartReader, content_of, damage_reported, require
@@ -213,10 +213,6 @@ def _write_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
 
 def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
     """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
-    if not has_cycles(header.case):
-        return
-    from fretsolve.result.cycles.steps import stages_of  # few results need them
-    from fretsolve.result.cycles.table import cycle_table
 
     def slip(step: int) -> NDArray[Any] | None:
         if "slip_x" not in file["fields"] or step not in steps:
@@ -224,15 +220,12 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
         return np.array([file[f"fields/slip_{axis}"][steps.index(step)] for axis in "xy"])
 
     history = {name: rows[name] for name in rows.dtype.names or ()}
-    line = header.case.get("plane") == "strain"
-    table = cycle_table(history, stages_of(header.case), slip, ended=ended, line=line)
-    if table is None:
-        return
-    columns = [
-        (Quantity(name, table.units[name], table.meanings[name], str(values.dtype)), values)
-        for name, values in table.columns.items()
-    ]
-    _write_columns(file.create_group("cycles"), columns)
+    if (table := cycle_table(history, header.case, slip, ended=ended)) is not None:
+        columns = [
+            (Quantity(name, table.units[name], table.meanings[name], str(values.dtype)), values)
+            for name, values in table.columns.items()
+        ]
+        _write_columns(file.create_group("cycles"), columns)
 
 
 def _rows(header: RunHeader, states: Sequence[State]) -> NDArray[Any]:

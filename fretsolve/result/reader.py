@@ -17,16 +17,9 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
+from fretsolve.result.cycles.table import CycleTable, cycle_table
 from fretsolve.result.header import HEADER, LARGEST_HEADER, RunHeader, read_sealed
-from fretsolve.result.layout import (
-    FORMAT_VERSION,
-    QUANTITIES,
-    STEP,
-    FieldQuantity,
-    has_cycles,
-    is_single,
-    quantities_of,
-)
+from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, FieldQuantity, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.part_reader import PartReader, damage_reported
 from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
@@ -38,7 +31,6 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     import xarray
 
     from fretsolve.case.models import Case
-    from fretsolve.result.cycles.table import CycleTable
 
 CASE_ENDINGS = (".yaml", ".yml")
 
@@ -99,17 +91,11 @@ class Result(AbstractContextManager["Result"]):
     @cached_property
     def cycles(self) -> CycleTable | None:
         """The table of the cycles that are complete, None if there is none."""
-        case = self.effective_case
-        if not has_cycles(case):
-            return None
-        from fretsolve.result.cycles.steps import stages_of  # few results need them
-        from fretsolve.result.cycles.table import cycle_table
 
         def slip(step: int) -> NDArray[Any] | None:
             return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
 
-        line = case.get("plane") == "strain"
-        return cycle_table(self.history, stages_of(case), slip, ended=self.status == "complete", line=line)
+        return cycle_table(self.history, self.effective_case, slip, ended=self.status == "complete")
 
     @property
     def increments(self) -> int:

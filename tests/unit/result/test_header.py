@@ -11,14 +11,7 @@ import pytest
 from fake_states import fake_header
 
 from fretsolve.errors import FileError
-from fretsolve.result.header import (
-    CHECKSUM,
-    RunHeader,
-    is_same_run,
-    require_same_run,
-    sealed,
-    unsealed,
-)
+from fretsolve.result.header import CHECKSUM, RunHeader, is_same_run, require_same_run, sealed, unsealed
 
 
 def test_text_and_back() -> None:
