@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from line_cases import line_case
 
 from fretsolve.case.models import Case
 from fretsolve.export.cycle_report import cycle_columns
@@ -58,8 +59,8 @@ def loop(amplitude: float, points: int, turns: int = 1, beyond: float = 0.0) -> 
     return history | {"P": np.full(len(forces), 400.0), "contact_radius": np.full(len(forces), 0.3)}
 
 
-def table_of(history: dict[str, np.ndarray], cycle: dict, **keys: object):
-    return cycle_table(history, case_of(cycle, **keys), lambda step: None, ended=True)
+def table_of(history: dict[str, np.ndarray], cycle: dict):
+    return cycle_table(history, case_of(cycle), lambda step: None, ended=True)
 
 
 def test_ratios_at_the_border_of_gross_slip() -> None:
@@ -191,9 +192,8 @@ def test_round_off_of_a_force_is_no_loop() -> None:
 def test_line_contact_has_its_energy_and_no_displacement() -> None:
     history = loop(18.0, 10)
     history["delta_x"] = history["delta_y"] = np.full(len(history["Qx"]), np.nan)
-    table = table_of(
-        history, {"amplitude": {"Qx": 18.0}, "times": 1}, plane="strain", surface=[{"cylinder": {"radius": 10.0}}]
-    )
+    case = line_case(load_path=[{"P": 400.0}, {"cycle": {"amplitude": {"Qx": 18.0}, "times": 1}}]).effective()
+    table = cycle_table(history, case, lambda step: None, ended=True)
     assert table.units["dissipated_energy"] == "mJ/mm"
     assert table.columns["force_range"][0] == pytest.approx(36.0)
     assert all(np.isnan(table.columns[name][0]) for name in ("energy_ratio", "sliding_amplitude", "reversal_stiffness"))
