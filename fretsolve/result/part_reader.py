@@ -107,7 +107,7 @@ class PartReader(AbstractContextManager["PartReader"]):
         with damage_reported(self.path, RUN):
             if "rows" not in self.file:
                 self.require_content(read_sealed(self.file)[1])
-            elif RUN in self.file.attrs and self.file.attrs[RUN] != header.digest.encode():
+            elif self.file.attrs.get(RUN) != header.digest.encode():
                 raise FileError("is a part of another run", self.path)
         if self.rows.dtype != header.row_type:
             raise FileError("does not have the columns of this run", self.path)

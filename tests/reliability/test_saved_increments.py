@@ -6,10 +6,9 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import pytest
-from command_line import assert_same_result, invoke, refused
-from fake_states import fake_header, fake_states, write_fake, write_increments
+from command_line import assert_same_result, refused
+from fake_states import fake_header, fake_states, write_increments
 
 from fretsolve.errors import FileError
 from fretsolve.result import HistoryWriter, open_result
@@ -104,13 +103,3 @@ def test_parts_of_another_run(tmp_path: Path) -> None:
     with HistoryWriter.open(out, renamed, resume=True) as writer:
         assert len(writer.summaries) == 2
         assert writer.notes[0].startswith(f"{foreign}: is a part of another run; going on from increment 2.")
-
-
-def test_parts_that_do_not_say_of_which_run_they_are(tmp_path: Path) -> None:
-    out = write_fake(tmp_path / "out.h5", "stopped", increments=6)
-    for path in parts_folder(out).glob("0*.h5"):
-        with h5py.File(path, "r+") as file:
-            del file.attrs["run"]
-    assert invoke("show", out).exit_code == 0
-    with HistoryWriter.open(out, fake_header(increments=6), resume=True) as writer:
-        assert (len(writer.summaries), writer.notes) == (4, [])

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import fields
+from pathlib import Path
 
+import h5py
+import numpy as np
 import pint
 import pytest
 
@@ -17,6 +20,7 @@ from fretsolve.result.layout import (
     WEAR_HISTORY,
     X,
     chunk_shape,
+    create_column,
     stored_fields,
 )
 from fretsolve.result.state import ZONE_NAMES, Fields, Summary, Zone
@@ -66,3 +70,13 @@ def test_zones_are_plain_integers(zone: int, name: str) -> None:
     """NumPy would call Python for members of an enumeration, and lose an interrupt that comes meanwhile."""
     assert type(zone) is int
     assert ZONE_NAMES[zone] == name
+
+
+@pytest.mark.parametrize("increments", [0, 1, 20_000])
+def test_columns_of_any_length_have_units_and_a_scale(tmp_path: Path, increments: int) -> None:
+    with h5py.File(tmp_path / "columns.h5", "w") as file:
+        step = create_column(file, STEP, np.arange(increments))
+        column = create_column(file, HISTORY[1], np.linspace(1.0, 2.0, increments), step)
+        assert column[:].tolist() == np.linspace(1.0, 2.0, increments).tolist()
+        assert (column.attrs["units"], column.dims[0][0].name) == (HISTORY[1].units, "/step")
+        assert column.compression == ("gzip" if increments > 600 else None)

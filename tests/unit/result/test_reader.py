@@ -193,27 +193,6 @@ def test_a_missing_column_is_damage(tmp_path: Path, name: str, end: str) -> None
         open_result(out)
 
 
-def test_flipped_bit_in_a_field_is_found(tmp_path: Path) -> None:
-    out = write_fake(tmp_path / "out.h5", "complete")
-    with h5py.File(out) as file:
-        offset = file["fields/pressure"].id.get_chunk_info(2).byte_offset
-    data = bytearray(out.read_bytes())
-    data[offset + 5] ^= 1
-    out.write_bytes(data)
-    with open_result(out) as result:
-        result.field("pressure", 1)
-        with pytest.raises(FileError, match="fields/pressure of increment 2 is damaged: the checksum"):
-            result.field("pressure", 2)
-
-
-def test_header_that_is_no_header(tmp_path: Path) -> None:
-    out = write_fake(tmp_path / "out.h5", "stopped")
-    for content in ("{", "[]", '{"format_version": 1, "version": "0"}'):
-        (parts_folder(out) / "header.json").write_text(content)
-        with pytest.raises(FileError, match=r"header\.json: not the header of a run"):
-            open_result(out)
-
-
 def test_run_without_an_increment_yet(tmp_path: Path) -> None:
     with HistoryWriter.open(tmp_path / "out.h5", fake_header()), open_result(tmp_path / "out.h5") as result:
         assert (result.status, result.increments, result.steps) == ("running", 0, ())

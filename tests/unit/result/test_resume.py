@@ -245,11 +245,3 @@ def test_damaged_part_is_set_aside_with_a_note_and_computed_again(tmp_path: Path
         write_increments(out, fake_header(), resume=True)
         assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
         out.unlink()
-
-
-def test_missing_part_ends_what_is_taken_up(out: Path) -> None:
-    write_increments(out, fake_header(), stop_after=5)
-    (parts_folder(out) / "000002-000002.h5").unlink()
-    assert open_result(out).increments == 2
-    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
-        assert len(writer.summaries) == 2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import tempfile
 from pathlib import Path
@@ -139,31 +138,6 @@ def test_increments_of_a_pause_share_a_part(out: Path) -> None:
         writer.finish("complete")
     write_increments(out.with_name("whole.h5"), header, count=8)
     assert out.read_bytes() == out.with_name("whole.h5").read_bytes()
-
-
-def test_a_clock_that_jumps_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    out = tmp_path / "out.h5"
-    jumps = itertools.cycle([4e9, 0.0, 1e9, -1e9])
-    monkeypatch.setattr("time.time", lambda: next(jumps))
-    write_increments(out, fake_header(), stop_after=3)
-    for path, when in zip(sorted(parts_folder(out).iterdir()), jumps, strict=False):
-        os.utime(path, (when, when))
-    write_increments(out, fake_header(), resume=True)
-    monkeypatch.undo()
-    write_increments(tmp_path / "whole.h5", fake_header())
-    assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
-
-
-def test_second_writer_is_refused_until_the_first_ends(out: Path) -> None:
-    first = HistoryWriter.open(out, fake_header())
-    first.append(next(fake_states(1)))
-    for options in ({}, {"resume": True}, {"overwrite": True}):
-        with pytest.raises(FileError, match=rf"another run is writing this output \(process {os.getpid()} on "):
-            HistoryWriter.open(out, fake_header(), **options)
-    assert open_result(out).status == "running"
-    first.stop()
-    with HistoryWriter.open(out, fake_header(), resume=True) as second:
-        assert len(second.summaries) == 1
 
 
 def test_lock_on_a_removed_folder_is_not_mistaken_for_one_held(tmp_path: Path) -> None:
