@@ -45,8 +45,8 @@ HEADER = "header/json"
 CONTENT = "content"
 """Name of what a header says of the datasets."""
 
-LARGEST_HEADER = 2**27
-"""Bytes of a header's text. A case file has at most 4 MiB, which JSON may make 24."""
+LARGEST_HEADER = 2**25
+"""Bytes of a header's text. A case file has at most 4 MiB, which JSON may make three times as many, twice."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
 from fretsolve.result.cycles.table import CycleTable, cycle_table
-from fretsolve.result.header import HEADER, LARGEST_HEADER, RunHeader, read_sealed
+from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed
 from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, FieldQuantity, is_single, quantities_of
 from fretsolve.result.lock import is_locked
 from fretsolve.result.part_reader import PartReader, damage_reported
@@ -243,7 +243,7 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
     with damage_reported(out, "header"), open_hdf5(out) as file:
-        if HEADER not in file:
+        if "header" not in file:
             raise FileError("an HDF5 file, but not a result of fretsolve: it has no header", out)
         attributes, content = read_sealed(file)
         if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):

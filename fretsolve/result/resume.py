@@ -29,10 +29,7 @@ from fretsolve.result.reader import open_result, read_attributes, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_free
-from fretsolve.system.foreign_files import read_bytes
-
-LARGEST_BEGINNING = 2**31
-"""Bytes of the file of a shared beginning."""
+from fretsolve.system.foreign_files import require_regular
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """Advice for an existing result."""
@@ -101,7 +98,8 @@ class SavedRun:
         """Take the longest shared beginning that is there as the first part."""
         for step in sorted(shared, reverse=True):
             try:
-                content = read_bytes(shared[step], LARGEST_BEGINNING)
+                require_regular(shared[step])
+                content = shared[step].read_bytes()
                 part = self._take_up_file(shared[step])
             except OSError:  # most likely it is not there yet
                 continue

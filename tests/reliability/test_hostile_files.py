@@ -10,7 +10,6 @@ import subprocess
 import sys
 import zipfile
 import zlib
-from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -21,7 +20,7 @@ from fake_states import fake_header, fake_states, write_fake
 from small_cases import CASE, write_case
 
 from fretsolve.elastic import fftw
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import FileError
 from fretsolve.model import height_map
 from fretsolve.result import HistoryWriter, parts
 from fretsolve.result.parts import parts_folder
@@ -422,10 +421,3 @@ def test_a_header_of_no_plausible_size(out: Path, tmp_path: Path) -> None:
     with (parts_folder(stopped) / "header.json").open("r+b") as file:
         file.truncate(2**26)
     assert "has 67108864 bytes; at most 33554432 are read" in refused(4, "show", stopped)
-
-
-def test_a_case_that_would_make_such_a_header_is_refused_before_the_run(tmp_path: Path) -> None:
-    out, long = tmp_path / "out.h5", replace(fake_header(), case_yaml="\u4e2d" * 2**23)
-    with pytest.raises(CaseError, match="bytes in the result, at most 33554432 are possible; shorten its title"):
-        HistoryWriter.open(out, long)
-    assert list(tmp_path.iterdir()) == []
