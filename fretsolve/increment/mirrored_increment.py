@@ -36,7 +36,7 @@ class MirroredIncrementSolver(IncrementSolver):
     """Solves the increments of surfaces that are mirror images of themselves: such increments on one half of the grid.
 
     Whether an increment is one follows from what is imposed and from its start alone, so that a resumed run solves it
-    in the same way. Mode I.3 takes 0.7 of the time on 64 x 64 points, and 0.6 on 512 x 512 (docs/scenes.md).
+    in the same way. Mode I.3 takes 0.7 of the time on 64 x 64 points, and 0.6 on 512 x 512 (docs/performance.md).
     """
 
     _last: tuple[FloatArray, ...] = ()

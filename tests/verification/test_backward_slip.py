@@ -19,7 +19,7 @@ def ends_of(f, b, increments):
     return exact, (middle - half) / A, (middle + half) / A
 
 
-@pytest.mark.parametrize("increments", [1, 40])
+@pytest.mark.parametrize("increments", [1, pytest.param(40, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("f", "b"), [(0.3, 0.2), (0.1, 0.3), (0.0, 0.3)])
 def test_a_growing_zone_of_backward_slip_is_that_of_the_closed_form(f, b, increments):
     exact, low, high = ends_of(f, b, increments)
