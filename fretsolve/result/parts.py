@@ -20,7 +20,6 @@ from typing import IO, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.errors import FileError
 from fretsolve.result.cycles.table import cycle_table
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
@@ -254,25 +253,18 @@ def _write_fields(
     """
     rank = {step: index for index, step in enumerate(steps)}
     targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
-    tables, missing = [], set(rank)
+    tables = []
     for source in sources:
         with PartReader(source.path) as reader, damage_reported(source.path, "fields"):
             reader.require_part(header, source.first, source.last)
             tables.append(reader.rows)
             for index, step in enumerate(reader.field_steps):
-                missing.discard(step)
                 for quantity, target in targets if step in rank else ():
                     _copy_chunks(reader.file["fields"][quantity.name], index, target, rank[step])
     after = tables[-1]["step"][-1] if tables else -1
     for state in states:
-        step = state.summary.step
-        missing.discard(step)
-        for quantity, target in targets if step in rank else ():
-            target[rank[step]] = component(state, quantity)
-    if missing:
-        raise FileError(
-            f"the fields of increment {min(missing)} are missing in the parts", sources[0].path if sources else None
-        )
+        for quantity, target in targets if state.summary.step in rank else ():
+            target[rank[state.summary.step]] = component(state, quantity)
     return np.concatenate([*tables, _rows(header, [state for state in states if state.summary.step > after])]), targets
 
 
