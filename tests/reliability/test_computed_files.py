@@ -143,9 +143,9 @@ def test_parameters_of_another_shape(folder: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("ending", ENDINGS[1:])
-def test_files_of_earlier_versions_are_to_be_made_again(folder: Path, ending: str) -> None:
+def test_files_without_a_header_are_to_be_made_again(folder: Path, ending: str) -> None:
     with h5py.File(folder / f"c.{ending}", "r+") as file:
-        del file[HEADER]
+        del file["header"]
     line = refused(4, "export", folder / f"c.{ending}", "--to", "vtk", "-o", folder / "s.pvd")
     assert "makes it again" in line
     assert invoke("run", folder / "c.yaml", "-q", "--overwrite").exit_code == 0
