@@ -72,8 +72,7 @@ class PartReader(AbstractContextManager["PartReader"]):
         """The history, a record per increment, with the error bars if there are any."""
         with damage_reported(self.path, "history"):
             if "rows" in self.file:
-                table = _read_column(own_dataset(self.file, "rows"), kinds="V")
-                return _row_records({name: table[name] for name in table.dtype.names or ()})
+                return _read_column(own_dataset(self.file, "rows"), kinds="V")
             group = own_node(self.file, "history")
             columns = {name: _read_column(own_dataset(group, name)) for name in group if name in QUANTITIES}
             return _row_records(columns)

@@ -256,8 +256,7 @@ def _write_fields(
     tables = []
     for source in sources:
         with PartReader(source.path) as reader, damage_reported(source.path, "fields"):
-            reader.require_part(header, source.first, source.last)
-            tables.append(reader.rows)
+            tables.append(reader.rows)  # checked when the run took it up, or its own
             for index, step in enumerate(reader.field_steps):
                 for quantity, target in targets if step in rank else ():
                     _copy_chunks(reader.file["fields"][quantity.name], index, target, rank[step])
