@@ -177,6 +177,11 @@ def may_have_spots(effective_case: Mapping[str, Any]) -> bool:
     return several and effective_case.get("plane") != "strain"
 
 
+def has_cycles(effective_case: Mapping[str, Any]) -> bool:
+    """Return whether the load path repeats stages, so that a result may have a table of cycles."""
+    return any("cycle" in step for step in effective_case.get("load_path", ()))
+
+
 def has_bulk_stress(effective_case: Mapping[str, Any]) -> bool:
     """Return whether a case has a bulk stress."""
     steps = list(effective_case.get("load_path", ()))

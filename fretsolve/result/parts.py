@@ -20,7 +20,6 @@ from typing import IO, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.result.cycles.table import cycle_table
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
     FIELD_FILTERS,
@@ -32,6 +31,7 @@ from fretsolve.result.layout import (
     create_column,
     create_field,
     described,
+    has_cycles,
     quantities_of,
 )
 from fretsolve.result.part_reader import RUN, PartReader, content_of, damage_reported, require
@@ -212,6 +212,9 @@ def _write_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
 
 def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
     """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
+    if not has_cycles(header.case):
+        return
+    from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
     def slip(step: int) -> NDArray[Any] | None:
         if "slip_x" not in file["fields"] or step not in steps:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
-from fretsolve.result.cycles.table import CycleTable, cycle_table
 from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed
 from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, FieldQuantity, is_single, quantities_of
 from fretsolve.result.lock import is_locked
@@ -31,6 +30,7 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     import xarray
 
     from fretsolve.case.models import Case
+    from fretsolve.result.cycles.table import CycleTable
 
 CASE_ENDINGS = (".yaml", ".yml")
 
@@ -91,6 +91,9 @@ class Result(AbstractContextManager["Result"]):
     @cached_property
     def cycles(self) -> CycleTable | None:
         """The table of the cycles that are complete, None if there is none."""
+        if not has_cycles(self.effective_case):
+            return None
+        from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
         def slip(step: int) -> NDArray[Any] | None:
             return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.history import PAIRS
+from fretsolve.result.layout import has_cycles
 from fretsolve.result.verdict import LEAST_MOTION_SCALE
 
 if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
@@ -72,7 +73,7 @@ class LimitDistance:
 
 def stages_of(effective_case: Mapping[str, Any]) -> tuple[Stage, ...]:
     """Return the stages of a case, none if it has no cycle or is not understood."""
-    if not any("cycle" in step for step in effective_case.get("load_path", ())):
+    if not has_cycles(effective_case):
         return ()
     from fretsolve.case.loading import stored_case
 
