@@ -18,7 +18,15 @@ from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
 from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed
-from fretsolve.result.layout import FORMAT_VERSION, QUANTITIES, STEP, FieldQuantity, is_single, quantities_of
+from fretsolve.result.layout import (
+    FORMAT_VERSION,
+    QUANTITIES,
+    STEP,
+    FieldQuantity,
+    has_cycles,
+    is_single,
+    quantities_of,
+)
 from fretsolve.result.lock import is_locked
 from fretsolve.result.part_reader import PartReader, damage_reported
 from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
