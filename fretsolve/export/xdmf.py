@@ -17,8 +17,7 @@ from numpy.typing import DTypeLike
 from fretsolve.errors import CaseError
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
-from fretsolve.result.layout import is_single, stored_fields
-from fretsolve.result.storage import create_field
+from fretsolve.result.layout import create_field, is_single, stored_fields
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_utf8
 

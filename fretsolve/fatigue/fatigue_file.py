@@ -19,11 +19,9 @@ from fretsolve.fatigue.names import WORST_NAMES, dataset_name, fatigue_path
 from fretsolve.fatigue.request import case_request, stresses_of_cycle
 from fretsolve.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, opening_of, stresses_beside
 from fretsolve.result import Result
-from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
-from fretsolve.result.layout import Quantity, X, Y
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import create_column
+from fretsolve.result.layout import Quantity, X, Y, create_column
+from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
 from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
 from fretsolve.stress.request import is_outermost
 from fretsolve.stress.stress_file import write_stress

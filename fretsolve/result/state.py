@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,3 +197,20 @@ class State:
     displacement: FloatArray
     errors: SummaryErrors | None = None
     wear: WearState | None = None
+
+
+def row_of(state: State) -> dict[str, float]:
+    """Return the columns of the history in the increment of a state."""
+    return vars(state.summary) | ({} if state.errors is None else vars(state.errors))
+
+
+def summary_of(row: Any) -> Summary:
+    """Return the summary in a record of the history."""
+    return Summary(**{name: row[name].item() for name in Summary.__dataclass_fields__ if name in row.dtype.names})
+
+
+def errors_of(row: Any) -> SummaryErrors | None:
+    """Return the error bars in a record of the history, if it has any."""
+    if _COLUMNS[0] not in row.dtype.names:
+        return None
+    return SummaryErrors(*(row[name].item() for name in _COLUMNS))

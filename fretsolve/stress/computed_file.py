@@ -11,9 +11,8 @@ from typing import Any, Literal, TypeVar
 from fretsolve.errors import FileError
 from fretsolve.result import Result
 from fretsolve.result.header import read_sealed
-from fretsolve.result.layout import Quantity
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import FIELD_FILTERS
+from fretsolve.result.layout import FIELD_FILTERS, Quantity
+from fretsolve.result.part_reader import damage_reported
 from fretsolve.system.files import reported
 from fretsolve.system.foreign_files import open_hdf5, own_node
 

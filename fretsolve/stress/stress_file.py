@@ -16,11 +16,9 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.result import Result
-from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
-from fretsolve.result.layout import STEP, Quantity, X, Y
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import chunk_shape, create_column
+from fretsolve.result.layout import STEP, Quantity, X, Y, chunk_shape, create_column
+from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
 from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
 from fretsolve.stress.influence import COMPONENTS, Body, Component
 from fretsolve.stress.invariants import MEANINGS
