@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.errors import NotConvergedError, SlidingError
+from fretsolve.errors import NoSolutionError, NotConvergedError, SlidingError
 from fretsolve.increment.active_region import FREE_CELLS, ActiveRegion, region_around
 from fretsolve.increment.certificate import Solution, Verification, Verifier
 from fretsolve.increment.failures import ADVICE, TOO_FEW_DIGITS, require_inside, require_supported
@@ -77,8 +77,11 @@ class IncrementSolver:
         before = self.applications
         try:
             return self._solve(increment, start, before)
-        except NotConvergedError:
-            if start.normal == increment.normal or not start.pressure.any():
+        except NoSolutionError as error:
+            if start.prediction is not None:  # the start itself may be nearer to the solution
+                return self.solve(increment, replace(start, prediction=None))
+            presses = start.normal != increment.normal and start.pressure.any()
+            if not (presses and isinstance(error, NotConvergedError)):
                 raise
         # as if nothing had touched before, since the contact may move by more than its size
         return self._solve(increment, start, before, afresh=True)
@@ -139,8 +142,14 @@ class IncrementSolver:
         """
         slip = nothing(start.shear.shape) if start.mismatch is None else -start.mismatch
         work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy(), slip)
-        if start.normal == increment.normal:
-            return work
+        if start.normal != increment.normal:
+            self._estimate_pressure(increment, work, afresh)
+        if start.prediction is not None:
+            start.prediction.apply(work)
+        return work
+
+    def _estimate_pressure(self, increment: Increment, work: WorkingState, afresh: bool) -> None:
+        """Estimate the pressure and the normal motion in `work` on coarser grids."""
         if afresh:
             work.pressure[:] = 0.0
         separation = self.separation
@@ -152,7 +161,6 @@ class IncrementSolver:
         self.level.estimate_normal(separation, increment.normal, work.pressure, work.rigid[:3])
         self._release(self.level)
         work.elastic_slip = None
-        return work
 
     def _release(self, level: GridLevel) -> None:
         """Free the memory of a part of an increment, on a large grid, before the next part needs its own."""

@@ -116,6 +116,7 @@ def _is_even(increment: Increment, start: InitialState) -> bool:
             return False
     coefficient = start.friction.coefficient
     fields = [start.pressure, start.shear, start.displacement, start.mismatch]
+    fields += [] if start.prediction is None else [start.prediction.pressure, start.prediction.shear]
     fields += [] if isinstance(coefficient, float) else [coefficient]
     return not start.rigid[ODD].any() and _are_even(*fields)
 
@@ -149,9 +150,11 @@ def _half_of(field: NDArray[Any]) -> NDArray[Any]:
 def _half_of_start(start: InitialState) -> InitialState:
     """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
-    friction = start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
+    upper = ..., slice(start.pressure.shape[1] // 2, None)
+    friction = start.friction.part(upper)
     names = "pressure", "shear", "displacement", "mismatch"
     fields: dict[str, Any] = {
         name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None
     }
-    return replace(start, **fields, normal=normal, friction=friction)
+    prediction = None if start.prediction is None else start.prediction.part(upper)
+    return replace(start, **fields, normal=normal, friction=friction, prediction=prediction)

@@ -182,7 +182,7 @@ class StaggeredIteration:
         control = self._control
         if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
             return False
-        if not self.model.has_shear:
+        if not self.model.has_shear or start.prediction is not None:
             return False
         limit = self._friction.limit(work.pressure, out=self._friction_limit)
         allowed = circle_width(self.level.operator.dtype) * float(limit.max())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,50 @@ from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import mismatch_displacement
+from fretsolve.result.state import Before, Fields
 from fretsolve.system.arrays import FloatArray, Vector
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What an increment is expected to change: `growth` times the changes over the increment before it.
+
+    Slip zones spread much as they did over the increment before. pressure, shear, displacement, rigid: as in
+    `InitialState`.
+    """
+
+    pressure: FloatArray
+    shear: FloatArray
+    displacement: FloatArray
+    rigid: Vector
+
+    @classmethod
+    def of(cls, growth: float, state: Fields, displacement: FloatArray, before: Before, moved: Vector) -> Prediction:
+        """Return the prediction from the state after an increment and before it; moved: rigidly in that increment."""
+        return cls(
+            growth * (state.pressure - before.pressure),
+            growth * (state.shear - before.shear),
+            growth * (displacement - before.displacement),
+            growth * moved,
+        )
+
+    def part(self, cells: Any) -> Prediction:
+        """Return the prediction on part of the grid."""
+        return Prediction(self.pressure[cells], self.shear[cells], self.displacement[cells], self.rigid)
+
+    def apply(self, work: WorkingState) -> None:
+        """Add the prediction to `work`: elastic displacements are linear in the tractions, so no convolution is needed.
+
+        Where the elastic slip is unknown, the pressure comes from coarser grids, and the shear alone is predicted.
+        """
+        work.shear += self.shear
+        if work.elastic_slip is None:
+            work.rigid[3:] += self.rigid[3:]
+        else:
+            work.pressure += self.pressure
+            work.rigid += self.rigid
+            work.elastic_slip = work.elastic_slip - self.displacement
+
 
 FIRST_TOLERANCE = 1e-2
 """Tolerance of the first staggered iteration of a coupled increment."""
@@ -28,7 +72,8 @@ class InitialState:
 
     pressure: (nx, ny); shear, displacement: tangential, (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
     phi_z; friction: its limit in the increment; normal: what was imposed on the normal problem; mismatch: (2, nx, ny),
-    of the surfaces by bulk stress in the increment, which has been taken from `displacement`.
+    of the surfaces by bulk stress in the increment, which has been taken from `displacement`; prediction: None where
+    the staggered iterations start from the start itself.
     """
 
     pressure: FloatArray
@@ -38,6 +83,7 @@ class InitialState:
     friction: FrictionLimit
     normal: LoadControl | None = None
     mismatch: FloatArray | None = None
+    prediction: Prediction | None = None
 
     @cached_property
     def largest_displacement(self) -> float:

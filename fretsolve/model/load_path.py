@@ -210,6 +210,15 @@ class LoadPath:
         """Return the first and the last step of a repetition of a cycle, both counted from 1."""
         return self._steps_of[cycle, turn]
 
+    def growth(self, step: int) -> float | None:
+        """Return the load step at `step` over the load step before it, None where that belongs to another stage."""
+        planned = self._planned_at(step)
+        if planned is None or step == planned.first:
+            return None
+        before = planned.share(step - 2) if step - 1 > planned.first else 0.0
+        last = planned.share(step - 1) - before
+        return (planned.share(step) - planned.share(step - 1)) / last if last > 0.0 else None
+
     def _planned_at(self, step: int) -> _PlannedStage | None:
         """Return the stage of `step`; None after the last one."""
         within = step < self.increments

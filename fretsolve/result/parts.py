@@ -35,7 +35,7 @@ from fretsolve.result.layout import (
     quantities_of,
 )
 from fretsolve.result.part_reader import RUN, PartReader, content_of, damage_reported, require
-from fretsolve.result.state import Fields, State, WearState, errors_of, row_of, summary_of
+from fretsolve.result.state import Before, Fields, State, WearState, errors_of, row_of, summary_of
 from fretsolve.system import atomic_files
 from fretsolve.system.foreign_files import own_dataset, require_regular
 
@@ -46,7 +46,7 @@ RESTART = "restart"
 
 _PART_NAME = re.compile(r"([0-9]{6,18})-([0-9]{6,18})\.h5")
 _STATE_NAME = re.compile(r"[0-9]{6,18}\.npz")
-_ARRAYS = {"fields": Fields, "wear": WearState}
+_ARRAYS = {"fields": Fields, "wear": WearState, "before": Before}
 """What a state holds arrays in, besides its own."""
 
 

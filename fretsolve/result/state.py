@@ -166,6 +166,15 @@ class Fields:
 
 
 @dataclass(frozen=True)
+class Before:
+    """Pressure ``(nx, ny)``, shear and displacement ``(2, nx, ny)`` at the start of an increment."""
+
+    pressure: FloatArray
+    shear: FloatArray
+    displacement: FloatArray
+
+
+@dataclass(frozen=True)
 class WearState:
     """The wear so far, each ``(nx, ny)`` in double precision.
 
@@ -189,7 +198,7 @@ class State:
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is `nothing`, and
     so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; wear: where
-    there is any.
+    there is any; before: the start of the increment, where the next increment is predicted by the change since then.
     """
 
     summary: Summary
@@ -197,6 +206,7 @@ class State:
     displacement: FloatArray
     errors: SummaryErrors | None = None
     wear: WearState | None = None
+    before: Before | None = None
 
 
 def row_of(state: State) -> dict[str, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -17,11 +18,11 @@ from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
 from fretsolve.friction.weakening import require_stable
 from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.increment.states import InitialState, with_mismatch
+from fretsolve.increment.states import InitialState, Prediction, with_mismatch
 from fretsolve.kernels import load, readying_seconds
 from fretsolve.model.load_path import Increment
 from fretsolve.model.surface import is_mirrored, map_border, map_spans
-from fretsolve.result.state import Fields, State, Summary, Zone
+from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.setup.contact_search import contact_size
 from fretsolve.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.setup.problem import may_be_mirrored
@@ -77,6 +78,10 @@ def states_of(
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
+    # lines are solved directly; in scaled tractions and in single precision differences of displacements are no slip
+    predicts = setup.model.has_shear and not setup.model.line
+    predicts = predicts and setup.model.orthotropy is None and precision_of(setup) is np.float64
+    past = None if start is None else start.before
     summaries = list(history)
     path = setup.load_path.followed(summaries)
     # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
@@ -91,6 +96,9 @@ def states_of(
             coefficient = _coefficient(increment, setup, summaries)
             limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
             begin = InitialState(fields.pressure, fields.shear, displacement, rigid, limit, before)
+            if past is not None and (growth := path.growth(step)) is not None:
+                moved = _rigid(summaries) - _rigid(summaries[:-1])
+                begin = replace(begin, prediction=Prediction.of(growth, fields, displacement, past, moved))
             if increment.strain_mismatch is not None:
                 # scaled slips of friction along two axes do not turn as a whole
                 turns = setup.model.orthotropy is None
@@ -109,6 +117,7 @@ def states_of(
         if measured is None or measured(step):
             sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
         last = fields
+        past = Before(last.pressure, last.shear, displacement) if predicts else None
         fields, displacement, work = fields_of(solved, last, setup, team)
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
@@ -120,7 +129,7 @@ def states_of(
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         lost = lost or _loses_contact(summaries[-2:])
-        yield State(summary, fields, displacement, wear=None if wear is None else wear.state)
+        yield State(summary, fields, displacement, wear=None if wear is None else wear.state, before=past)
 
 
 def increment_solver(
