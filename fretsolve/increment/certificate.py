@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
 from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
-from fretsolve.kernels import ON_ANY_GRID, GridKernels
+from fretsolve.kernels.contact_kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, nothing

@@ -19,6 +19,7 @@ from fretsolve.increment.load_checks import require_inside, require_supported
 from fretsolve.increment.staggered_iteration import StaggeredIteration
 from fretsolve.increment.working_state import InitialState, Trend, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
+from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
@@ -73,7 +74,7 @@ class IncrementSolver:
         self.team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self.team, precision)
         self._examiner = self._examiner_type(
-            separation, model.friction, grid, tolerance, model.may_slip, precision, self.level.operator.kernels
+            separation, model.friction, grid, tolerance, model.may_slip, precision, kernels_of(self.level.operator)
         )
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0

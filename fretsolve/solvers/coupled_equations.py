@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.kernels.preconditioning import diagonal, share
+from fretsolve.kernels.cg import diagonal, share
 from fretsolve.solvers.gmres import gmres
 from fretsolve.system.arrays import BoolArray, FloatArray
 

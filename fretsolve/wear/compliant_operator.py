@@ -9,9 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
-from fretsolve.elastic.preconditioner import Preconditioner
-from fretsolve.kernels import GridKernels
+from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator, Preconditioner
 from fretsolve.system.arrays import FloatArray
 
 
@@ -23,11 +21,7 @@ class CompliantOperator(ElasticOperator):
 
     def __init__(self, elastic: ElasticOperator, compliance: FloatArray):
         self._elastic, self._compliance = elastic, compliance
-        self.terms, self.dtype = elastic.terms, elastic.dtype
-
-    @cached_property
-    def kernels(self) -> GridKernels:
-        return self._elastic.kernels
+        self.terms, self.dtype, self.shape, self.team = elastic.terms, elastic.dtype, elastic.shape, elastic.team
 
     @property
     def preconditioner(self) -> Preconditioner:

@@ -13,8 +13,7 @@ from solving import DISSIMILAR, NO_POISSON, build, solve
 from fretsolve import run
 from fretsolve.elastic import influence
 from fretsolve.elastic.convolution import PaddedConvolution
-from fretsolve.elastic.mirrored.convolution import MirroredConvolution
-from fretsolve.elastic.mirrored.operator import MirroredOperator
+from fretsolve.elastic.mirrored_operator import MirroredConvolution, MirroredOperator
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import TangentialSolver

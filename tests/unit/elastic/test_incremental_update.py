@@ -3,10 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.incremental_update import NOTHING, SHARE, add_correction, add_displacement
+from fretsolve.elastic.incremental_update import NOTHING, SHARE, Workspace, add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
-from fretsolve.elastic.workspace import Workspace
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.elastic import cache_block, convolution
+from fretsolve.elastic import convolution, fftw
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.materials import Compliances
@@ -146,7 +146,7 @@ def test_a_part_of_a_grid_takes_the_coefficients_of_the_whole(tractions, monkeyp
 @pytest.mark.parametrize("terms", [NONE, TANGENTIAL, FULL])
 def test_threads_change_no_bit(tractions, terms, monkeypatch):
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
-    monkeypatch.setattr(cache_block, "CACHE_BYTES", 2048)  # blocks enough to share out
+    monkeypatch.setattr(fftw, "CACHE_BYTES", 2048)  # blocks enough to share out
     found = []
     for team in (ThreadTeam(1), ThreadTeam(2), ThreadTeam(5)):
         displacement = np.empty((3, *SHAPE))

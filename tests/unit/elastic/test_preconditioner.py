@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic.convolution import PaddedConvolution
-from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.preconditioner import Preconditioner
+from fretsolve.elastic.operator import ElasticOperator, Preconditioner
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 

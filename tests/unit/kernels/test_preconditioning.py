@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.kernels import preconditioning
-from fretsolve.kernels.preconditioning import MIDDLE, diagonal, share
+from fretsolve.kernels import cg
+from fretsolve.kernels.cg import MIDDLE, diagonal, share
 from fretsolve.system.arrays import FloatArray
 
 STIFFNESS = np.array([0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3, 1e6])
@@ -38,7 +38,7 @@ def test_long_and_short_waves_meet_the_elastic_operator_in_stick_and_the_slip_la
 
 @pytest.mark.parametrize("middle", [0.0, 1.0])
 def test_other_middles(middle: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(preconditioning, "MIDDLE", middle)
+    monkeypatch.setattr(cg, "MIDDLE", middle)
     assert preconditioner(middle) == pytest.approx(middle / (1.0 + middle * STIFFNESS), rel=1e-9)
     if not middle:  # a slip law that nothing accounts for
         assert (share(WEIGHT) == 1.0).all() and (diagonal(WEIGHT, share(WEIGHT)) == 0.0).all()

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from fretsolve.elastic import cache_block, convolution
+from fretsolve.elastic import convolution, fftw
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels import load, on_grid
+from fretsolve.kernels import load, parts
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.materials import Compliances
@@ -30,8 +30,8 @@ TOLERANCE = 1e-4
 def operator(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> ElasticOperator:
     """Return an operator whose transforms and kernels work on small parts of the grid, as on a large one."""
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
-    monkeypatch.setattr(cache_block, "CACHE_BYTES", 2**12)
-    monkeypatch.setattr(on_grid, "PART_CELLS", 2**9)
+    monkeypatch.setattr(fftw, "CACHE_BYTES", 2**12)
+    monkeypatch.setattr(parts, "PART_CELLS", 2**9)
     kernels = load(compiled=False)
     terms, material = Terms(True, True, False), Compliances(A=1.82e-5, B=7.8e-6, C=0.0)
     return ElasticOperator(GRID.shape, (GRID.dx, GRID.dy), material, terms, ThreadTeam(1, kernels))
