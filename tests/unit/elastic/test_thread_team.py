@@ -120,7 +120,8 @@ def test_an_interrupt_goes_before_errors() -> None:
 
 def test_threads_end_with_their_team() -> None:
     before = set(threading.enumerate())
-    team = ThreadTeam(3)
+    team, all_at_once = ThreadTeam(3), threading.Barrier(3, timeout=30.0)
+    team.share(lambda member, part: all_at_once.wait() and None, range(3))
     own = set(threading.enumerate()) - before
     assert len(own) == 2
     del team
