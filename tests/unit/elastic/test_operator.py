@@ -97,19 +97,6 @@ def test_inputs_are_left_alone(tractions):
     np.testing.assert_array_equal(tractions, before)
 
 
-def test_a_shear_of_zero_costs_nothing(tractions, monkeypatch):
-    """Without in-plane coupling the direction without load is left out."""
-    elastic, displacement, convolved = operator(NONE), np.empty((2, *SHAPE)), []
-    apply = convolution.PaddedConvolution.apply
-    monkeypatch.setattr(
-        convolution.PaddedConvolution, "apply", lambda *words: convolved.append(len(words[2])) or apply(*words)
-    )
-    tractions[2] = 0.0
-    elastic.tangential(tractions[1:], displacement)
-    assert not displacement[1].any()
-    assert (convolved, elastic.applications) == ([1], 1)
-
-
 def test_the_inner_operator_is_the_same_in_its_units(tractions):
     elastic, displacement = operator(), np.empty((2, *SHAPE))
     inner = elastic.inner

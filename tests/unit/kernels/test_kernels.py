@@ -17,7 +17,6 @@ from fretsolve.kernels.contact_kernels import GridKernels, kernels_on
 pytest.importorskip("numba")
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels.numba_compiler import compile_seconds
 
 FORMS = ["numpy", "numpy in parts", "compiled", "compiled in parts"]
 SPECTRAL = [load(compiled).spectral for compiled in (False, True)]
@@ -165,22 +164,6 @@ def test_a_nan_of_the_gap_is_not_lost(form, touches):
     module = kernels(form, (40, 4)).normal
     errors = module.take_gap(np.zeros((40, 4)), uz, np.zeros(3), np.zeros(40), nothing, contact, np.zeros((40, 4)))
     assert np.isnan(errors[0] if touches else errors[1])
-
-
-@pytest.mark.parametrize("length", [1, 4, 10])
-@pytest.mark.parametrize("odd", [False, True])
-def test_products_of_spectra(length, odd):
-    random = np.random.default_rng(1)
-    kernels = tuple(random.normal(size=(3, length // 2 + 1)) for _ in range(3))
-    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(2))
-    results = []
-    for module in SPECTRAL:
-        alone, pair = np.empty_like(fields[0]), tuple(field.copy() for field in fields)
-        module.multiply(kernels[0], odd, fields[0], alone)
-        (xx, yy, xy) = kernels
-        module.multiply_symmetric(((xx, xy), (xy, yy)), ((False, odd), (odd, False)), pair)
-        results.append((alone, *pair))
-    np.testing.assert_allclose(results[1], results[0], rtol=1e-13)
 
 
 @pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
@@ -338,15 +321,3 @@ def test_clock_of_what_is_read_from_disk(tmp_path):
     )
     assert 0.0 < first[0] <= first[1]
     assert second[0] == 0.0 < second[1]
-
-
-def test_clock_of_the_compiler():
-    import numba
-
-    before = compile_seconds()
-    doubled = numba.njit(lambda value: 2 * value)
-    assert doubled(1.0) == 2.0
-    after = compile_seconds()
-    assert after > before
-    assert doubled(2.0) == 4.0
-    assert compile_seconds() == after
