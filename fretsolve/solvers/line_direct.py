@@ -20,7 +20,7 @@ from threadpoolctl import ThreadpoolController
 from fretsolve.elastic.line_operator import strip_influence
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import circle_width, slips
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.load_control import LoadControl
@@ -103,7 +103,7 @@ class LineState:
     """
 
     def __init__(
-        self, friction: FrictionBound, contact: BoolArray, strips: Strips, estimate: DirectSolution, slipping: BoolArray
+        self, friction: FrictionLimit, contact: BoolArray, strips: Strips, estimate: DirectSolution, slipping: BoolArray
     ):
         self._friction, self.contact, self.strips = friction, contact, strips
         self.pressure: FloatArray = np.array(estimate.pressure[strips.index, 0], np.float64)
@@ -153,26 +153,18 @@ class LineDirectSolver:
         self.pressings = self.slidings = 0
 
     def solve(
-        self,
-        problem: CoupledProblem,
-        estimate: DirectSolution,
-        tolerance: float,
-        slipping: BoolArray | bool = False,
-        *,
-        presses: bool,
-        slides: bool,
+        self, problem: CoupledProblem, estimate: DirectSolution, tolerance: float, *, presses: bool, slides: bool
     ) -> DirectSolution | None:
         """Return the solution, or None where none is found.
 
-        slipping: strips (nx, 1) expected to slip besides those that have reached the friction limit; presses, slides:
-        which of pressure and shear there is to solve for. Tractions of `problem` must be 0.
+        presses, slides: which of pressure and shear there is to solve for. Tractions of `problem` must be 0.
         """
         self.pressings = self.slidings = 0
         coupled = slides and self.operator.terms.normal_tangential_coupling
         if slides and not _is_plane(problem, estimate):
             return None
         contact, limit = estimate.pressure > 0.0, problem.friction.limit(estimate.pressure)
-        at_limit = slips(estimate.shear, limit, circle_width(np.float64)) | slipping
+        at_limit = slips(estimate.shear, limit, circle_width(np.float64))
         work = LineState(problem.friction, contact, self._strips_of(contact), estimate, at_limit)
         if slides and not work.has_friction:
             return None

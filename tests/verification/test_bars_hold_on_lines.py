@@ -10,7 +10,8 @@ import pytest
 from bars import ends_of_stages
 from line_cases import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, line_case, modulus_of
 
-from fretsolve.reference.line import LinePartialSlip, RoundedPunch
+from fretsolve.reference.line import RoundedPunch
+from fretsolve.reference.line_slip import LinePartialSlip
 
 
 def test_bars_hold_the_radius_of_a_line_contact_that_one_increment_presses() -> None:

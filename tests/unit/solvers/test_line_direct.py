@@ -14,7 +14,7 @@ import fretsolve.increment.staggered_iteration as staggered
 from fretsolve import run
 from fretsolve.elastic.line_operator import strip_influence
 from fretsolve.elastic.operator_on_grid import operator_on
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.solvers.line_direct import DirectSolution, LineDirectSolver, LineState, Strips
@@ -59,17 +59,17 @@ def test_as_by_conjugate_gradients(
     monkeypatch: pytest.MonkeyPatch, bodies: list[Any], path: list[dict[str, Any]], friction: Any
 ) -> None:
     found = recorded(monkeypatch, "solve")
-    case = line(path, bodies=bodies, friction=friction)
+    case = line(path, bodies=bodies, friction=friction, solver={"tolerance": 3e-8})
     directly = list(run(case))
     assert len(found) == len(directly) == sum(stage.get("increments", 1) for stage in path)
     assert sum(one is None for one in found) <= 1
     others = without_direct_solver(monkeypatch, case)
     for one, other in zip(directly, others, strict=True):
         peak = other.summary.max_pressure
-        assert one.summary.worst_residual < 1e-8
+        assert one.summary.worst_residual < 3e-8
         assert np.abs(one.fields.pressure - other.fields.pressure).max() < 1e-5 * peak
         assert np.abs(one.fields.shear - other.fields.shear).max() < 1e-5 * peak
-        assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=1e-5, abs=1e-9)
+        assert one.summary.work_total == pytest.approx(other.summary.work_total, rel=3e-5, abs=3e-9)
     applications = [sum(state.summary.operator_applications for state in states) for states in (directly, others)]
     assert applications[0] < 0.6 * applications[1]
 
@@ -130,7 +130,7 @@ def test_a_strip_that_joins_slips_as_its_neighbours_do() -> None:
     contact, slipping, shear = np.zeros(grid.shape, bool), np.zeros(grid.shape, bool), np.zeros((2, *grid.shape))
     contact[3:6], slipping[3], shear[0, 3] = True, True, -3.0
     estimate = DirectSolution(1000.0 * contact, shear, np.zeros(6))
-    work = LineState(FrictionBound(0.1), contact, Strips(np.arange(3, 6), grid, {}), estimate, slipping)
+    work = LineState(FrictionLimit(0.1), contact, Strips(np.arange(3, 6), grid, {}), estimate, slipping)
     grown = contact.copy()
     grown[[2, 6]] = True
     work.move_to(grown, Strips(np.arange(2, 7), grid, {}), np.full(5, 1000.0))

@@ -12,7 +12,7 @@ from fretsolve.case.history import Summary
 from fretsolve.model.edges import Edge
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State
-from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.system.arrays import FloatArray
 
 SMOOTH_EDGE = 1.75

@@ -12,7 +12,7 @@ from fretsolve.case.history import Summary
 from fretsolve.model.edges import Edge, edges, flat_part, missed_area, rounding
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import ESTIMATED, State
-from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.few_increments import add_turned
 from fretsolve.simulation.error_bars.least_errors.hidden_pressure import HiddenPressure

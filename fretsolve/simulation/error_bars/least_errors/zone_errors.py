@@ -10,7 +10,7 @@ import numpy as np
 from fretsolve.case.history import Summary
 from fretsolve.model.required_terms import Model
 from fretsolve.result.state import State, Zone
-from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.simulation.error_bars.least_errors.unseen_slip import UnseenSlip
 from fretsolve.simulation.error_bars.quantity_estimates import CONTACT, CONTACT_EXTENTS, STICK, STICK_EXTENTS, room
 from fretsolve.simulation.error_bars.shear_path import UNSHEARED, ShearPath
