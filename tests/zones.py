@@ -1,4 +1,4 @@
-"""Areas of contact and stick zone straight from fields, for the tests of zones."""
+"""Sizes of contact and stick zone straight from fields, for the tests of zones."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ import numpy as np
 
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
-from fretsolve.simulation.zones.edge_shares import ZoneFields
-from fretsolve.simulation.zones.zone_areas import zone_area
-from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
+from fretsolve.simulation.zones.edge_law import ZoneFields
+from fretsolve.simulation.zones.zone_sizes import ZoneSize, zone_sizes
+
+
+def contact_size(pressure: np.ndarray, gap: np.ndarray, grid: Grid, materials: Compliances) -> ZoneSize:
+    nothing = np.zeros((2, *pressure.shape))
+    fields = ZoneFields(pressure, gap, nothing, nothing[0], nothing, nothing[0].astype(np.uint8), nothing)
+    return zone_sizes(fields, grid, materials)[0]
 
 
 def contact_area(pressure: np.ndarray, gap: np.ndarray, grid: Grid, materials: Compliances) -> float:
-    return zone_area(contact_edge(pressure, gap, grid, materials))
+    return contact_size(pressure, gap, grid, materials).area
 
 
 def stick_area(fields: ZoneFields, grid: Grid, materials: Compliances, contact: float) -> float:
     """The area of the stick zone, no larger than that of the contact."""
-    edge = contact_edge(fields.pressure, fields.gap, grid, materials)
-    return min(zone_area(stick_edge(fields, grid, materials, edge)), contact)
+    return min(zone_sizes(fields, grid, materials)[1].area, contact)

@@ -1,7 +1,8 @@
 """Exact discrete convolution on a grid by real FFTs of a zero-padded copy (DC-FFT, Liu et al., Wear 243, 2000).
 
 Each side is padded to at least 2n - 1 points, so that nothing wraps around. Small grids are left to
-`BatchedConvolution`. On larger ones the padded two-dimensional spectrum never exists as a whole:
+`BatchedConvolution`, whose arrays fit into the cache. On larger ones the padded two-dimensional spectrum never exists
+as a whole:
 
 1. Rows of the field are padded and transformed along y into a row spectrum ``(nx, my//2 + 1)``. Rows of zeros are
    skipped. Two rows are transformed at a time, as the real and the imaginary part of one, which takes FFTW half the
@@ -19,22 +20,25 @@ ux = Kzx P + Kxx qx, which is one symmetric real matrix per wave vector.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fretsolve.elastic.batched_convolution import BatchedConvolution
-from fretsolve.elastic.cache_block import even_parts
-from fretsolve.elastic.fftw import padded_length, plan, pyfftw
-from fretsolve.elastic.kernel_spectrum import Influence, KernelMatrix, KernelSpectrum, spectrum_of
+from fretsolve.elastic.fftw import estimated_plan, even_parts, fast_length, padded_length, plan, pyfftw
+from fretsolve.elastic.influence import Influence, KernelMatrix, KernelSpectrum, spectrum_of
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.system.arrays import ComplexArray, Fields, FloatArray
 
 MOST_BATCHED_POINTS, COMPILED = 300 * 300, 0.2
 """Largest padded grid that is transformed as a whole, by `BatchedConvolution`, and factor on it with compiled kernels.
 Larger ones gain by blocks: with compiled kernels a third on 192 x 192 and 256 x 256 padded points."""
+
+
+Spectra = Mapping[Influence, KernelSpectrum]
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,7 @@ class _Block:
 class PaddedConvolution:
     """Plans and buffers for convolutions of fields ``(nx, ny)``; both are made at the first convolution.
 
-    padded: the periods, where they are not to be those in which nothing wraps around; team: the threads.
+    periodic: a field is its own period, else it is padded so that nothing wraps around; team: the threads.
     """
 
     def __init__(
@@ -57,10 +61,11 @@ class PaddedConvolution:
         shape: tuple[int, int],
         dtype: type[np.floating] = np.float64,
         team: ThreadTeam | None = None,
-        padded: tuple[int, int] | None = None,
+        periodic: bool = False,
     ):
         self.shape = shape
-        self.padded = padded or (padded_length(shape[0]), padded_length(shape[1]))
+        length = fast_length if periodic else padded_length
+        self.padded = length(shape[0]), length(shape[1])
         self.columns = self.padded[1] // 2 + 1
         self._float = np.dtype(dtype)
         self._complex = np.dtype(np.complex64 if self._float == np.float32 else np.complex128)
@@ -69,8 +74,7 @@ class PaddedConvolution:
         mx, my = self.padded
         most = MOST_BATCHED_POINTS * (COMPILED if self.team.kernels.compiled else 1.0)
         small = mx * my <= most
-        batched = shape, self.padded, self._float, self._kernels, self.team.kernels.compiled
-        self._batched = BatchedConvolution(*batched) if small else None
+        self._batched = BatchedConvolution(shape, self.padded, self._float, self._kernels) if small else None
         size = self._complex.itemsize
         self._pairs = (shape[0] + 1) // 2
         self._row_parts = even_parts(self._pairs, size * my)
@@ -97,23 +101,43 @@ class PaddedConvolution:
         self._multiply_columns(kernels, spectra[: len(fields)], spectra[: len(displacements)], turned)
         self._transform_rows(displacements, spectra, back=True)
 
-    def apply_in_plane(
-        self, spectra: Mapping[Influence, KernelSpectrum], coupling: bool, field: FloatArray, result: FloatArray
-    ) -> None:
+    def normal(self, spectra: Spectra, pressure: FloatArray, uz: FloatArray) -> None:
+        """Compute uz from pressure, or the reverse, (nx, ny) or (1, nx, ny)."""
+        self.apply(((spectra["zz"],),), _planes(pressure), _planes(uz))
+
+    def tangential(self, spectra: Spectra, coupling: bool, shear: FloatArray, displacement: FloatArray) -> None:
         """Compute a tangential result (2, nx, ny) from a tangential field (2, nx, ny).
 
         Without `coupling` each direction is computed alone. Where it is 0, neither transform nor spectrum is needed.
         """
         if coupling:
-            kernels = ((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"]))
-            self.apply(kernels, field, result)
+            self.apply(((spectra["xx"], spectra["xy"]), (spectra["xy"], spectra["yy"])), shear, displacement)
             return
         directions: tuple[Influence, Influence] = ("xx", "yy")
-        for direction, part, part_of_result in zip(directions, field, result, strict=True):
+        for direction, part, part_of_result in zip(directions, shear, displacement, strict=True):
             if part.any():
                 self.apply(((spectra[direction],),), (part,), (part_of_result,))
             else:
                 part_of_result[:] = 0.0
+
+    def tangential_from_pressure(self, spectra: Spectra, pressure: FloatArray, displacement: FloatArray) -> None:
+        """Compute the tangential displacement (2, nx, ny) from pressure."""
+        self.apply(((spectra["xz"],), (spectra["yz"],)), _planes(pressure), displacement, turned=(True, False))
+
+    def normal_from_shear(self, spectra: Spectra, shear: FloatArray, uz: FloatArray) -> None:
+        """Compute uz from shear (2, nx, ny)."""
+        self.apply(((spectra["xz"], spectra["yz"]),), shear, _planes(uz), turned=(False, True))
+
+    def coupled(
+        self, spectra: Spectra, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray
+    ) -> None:
+        """Compute normal and tangential displacement from pressure and shear."""
+        kernels = (
+            (spectra["zz"], spectra["xz"], spectra["yz"]),
+            (spectra["xz"], spectra["xx"], spectra["xy"]),
+            (spectra["yz"], spectra["xy"], spectra["yy"]),
+        )
+        self.apply(kernels, (pressure, *shear), (uz, *displacement), turned=(True, True))
 
     def kernel_spectrum(self, quadrant: FloatArray, odd_x: bool, odd_y: bool) -> KernelSpectrum:
         """Return the spectrum of an influence function from its values at offsets 0..nx-1, 0..ny-1, ``(nx, ny)``."""
@@ -205,3 +229,123 @@ class PaddedConvolution:
         options: dict[str, Any] = {"axes": (1,), "flags": ("FFTW_MEASURE", "FFTW_DESTROY_INPUT")}
         forward = plan(values, values, **options)
         return _Block(values, forward, plan(values, values, direction="FFTW_BACKWARD", **options))
+
+
+def _planes(field: FloatArray) -> FloatArray:
+    """Return a field (nx, ny) or (1, nx, ny) as (1, nx, ny)."""
+    return field if field.ndim == 3 else field[None]
+
+
+class BatchedConvolution:
+    """Convolution on a small grid: all fields in one plan, and the padded spectra as whole arrays.
+
+    Where the arrays fit into the cache, a convolution costs the calls that it is made of, not its transforms. So all
+    fields are transformed by one call along y and one along x, out of arrays whose padding stays zero, and one call
+    computes the products. On 16, 32 and 64 cells per side, two components take 0.4, 0.7 and 1.0 of the time of blocks;
+    without numba, on 32, 64 and 128, 0.2, 0.4 and 0.6. Buffers and plans are made when they are first needed.
+    """
+
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], dtype: np.dtype[Any], kernels: Any):
+        self._shape, self._padded, self._dtype, self._kernels = shape, padded, dtype, kernels
+        self._forward, self._backward = cache(self._make_forward), cache(self._make_backward)
+        self._convolutions: dict[tuple[KernelMatrix, tuple[bool, bool]], _Steps] = {}
+
+    def apply(self, kernels: KernelMatrix, fields: Fields, displacements: Fields, turned: tuple[bool, bool]) -> None:
+        """Compute ``displacements = kernels @ fields``; arguments as for `PaddedConvolution.apply`."""
+        convolution = self._convolutions.get((kernels, turned))
+        if convolution is None:
+            convolution = self._convolutions[kernels, turned] = self._convolution(kernels, turned)
+        convolution.apply(fields, displacements)
+
+    def _convolution(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> _Steps:
+        """Bind plans and buffers of a convolution once; a lookup costs 2 us."""
+        forward, backward = self._forward(len(kernels[0])), self._backward(len(kernels))
+        factors = self._factors_of(kernels, turned)
+        products = factors, forward.of(factors)[0], *backward.of(factors)
+        return _Steps(forward.rows, forward.plans, products, backward.plans, backward.rows, self._kernels)
+
+    def _factors_of(self, kernels: KernelMatrix, turned: tuple[bool, bool]) -> NDArray[np.inexact]:
+        """Return the kernels (m, n, mx * (my//2 + 1)) with their factors i and -i; real ones twice, for both parts."""
+        values = np.array([[kernel.whole(self._padded[0]) for kernel in row] for row in kernels])
+        if any(turned):
+            turns = np.ones((*values.shape[:2], 1, 1), np.result_type(values, np.complex64))
+            turns[:, 0] *= 1j ** turned[0]
+            turns[0] *= (-1j) ** turned[1]
+            found = values * turns
+        else:
+            found = np.repeat(values, 2, axis=-1)
+        return found.reshape(*found.shape[:2], -1)
+
+    def _make_forward(self, count: int) -> _Transforms:
+        """Return the transforms of `count` fields, along y, then along x out of an array whose padding stays zero."""
+        rows, half, spectrum = self._arrays(count)
+        plans = estimated_plan(rows, half[:, : self._shape[0]], 2), estimated_plan(half, spectrum, 1)
+        return _Transforms(rows[:, :, : self._shape[1]], spectrum, spectrum[:0], plans)
+
+    def _make_backward(self, count: int) -> _Transforms:
+        """Return the inverse transforms of `count` spectra, along x, then along y of the wanted rows."""
+        rows, half, spectrum = self._arrays(count)
+        plans = (
+            estimated_plan(spectrum, half, 1, back=True),
+            estimated_plan(half[:, : self._shape[0]], rows, 2, back=True),
+        )
+        return _Transforms(rows[:, :, : self._shape[1]], spectrum, half, plans)
+
+    def _arrays(self, count: int) -> tuple[FloatArray, ComplexArray, ComplexArray]:
+        """Return padded rows (count, nx, my), and twice an array for spectra (count, mx, my//2 + 1)."""
+        (mx, my), complex_type = self._padded, np.result_type(self._dtype, np.complex64)
+        rows = pyfftw.zeros_aligned((count, self._shape[0], my), self._dtype)
+        first, second = (pyfftw.zeros_aligned((count, mx, my // 2 + 1), complex_type) for _ in range(2))
+        return rows, first, second
+
+
+class _Transforms:
+    """Two plans that run one after the other, between `rows`, the cells' part of padded rows, and a spectrum.
+
+    Spectra are (count, mx * (my//2 + 1)) where they are multiplied.
+    """
+
+    def __init__(
+        self, rows: FloatArray, spectrum: ComplexArray, product: ComplexArray, plans: tuple[pyfftw.FFTW, pyfftw.FFTW]
+    ):
+        self.rows = rows
+        flat = tuple(array.reshape(-1, spectrum[0].size) for array in (spectrum, product))
+        self._numbers, self._parts = flat, tuple(array.view(rows.dtype) for array in flat)
+        self.plans = tuple(one.execute for one in plans)
+
+    def of(self, factors: NDArray[np.inexact]) -> tuple[NDArray[np.inexact], ...]:
+        """Return the spectrum and an array of its shape for products; for real factors their parts, as neighbours."""
+        return self._numbers if factors.dtype.kind == "c" else self._parts
+
+
+class _Steps(NamedTuple):
+    """Steps of a convolution: `rows` that receive the fields, plans, arguments of `combine`, plans, `wanted` rows.
+
+    spectral: operations on spectra.
+    """
+
+    rows: FloatArray
+    forward: tuple[Callable[[], Any], ...]
+    products: tuple[NDArray[np.inexact], ...]
+    backward: tuple[Callable[[], Any], ...]
+    wanted: FloatArray
+    spectral: Any
+
+    def apply(self, fields: Fields, displacements: Fields) -> None:
+        """Take these steps from some fields to their displacements."""
+        _copy(fields, self.rows)
+        for transform in self.forward:
+            transform()
+        self.spectral.combine(*self.products)
+        for transform in self.backward:
+            transform()
+        _copy(self.wanted, displacements)
+
+
+def _copy(source: Fields, target: Fields) -> None:
+    """Copy fields, in one call where they lie in one array, as each call takes a microsecond."""
+    if isinstance(source, np.ndarray) and isinstance(target, np.ndarray):
+        target[...] = source
+        return
+    for one, other in zip(source, target, strict=True):
+        other[...] = one

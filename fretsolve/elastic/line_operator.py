@@ -13,10 +13,8 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.elastic.convolution import PaddedConvolution
-from fretsolve.elastic.fftw import fast_length
-from fretsolve.elastic.kernel_spectrum import Influence, KernelSpectrum
-from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.preconditioner import Preconditioner
+from fretsolve.elastic.influence import Influence, KernelSpectrum
+from fretsolve.elastic.operator import ElasticOperator, Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.materials import Compliances
@@ -77,8 +75,8 @@ class LinePreconditioner(Preconditioner):
         team: ThreadTeam | None = None,
         dtype: type[np.floating] = np.float64,
     ):
-        points, side = fast_length(grid.nx), grid.dx
-        self._convolution = PaddedConvolution(grid.shape, dtype, team, (points, 1))
+        self._convolution = PaddedConvolution(grid.shape, dtype, team, periodic=True)
+        (points, _), side = self._convolution.padded, grid.dx
         self._in_plane = False
         wave_number = 2.0 * math.pi * np.fft.rfftfreq(points, side)[None, :]
         symbol = np.zeros_like(wave_number)
@@ -118,21 +116,16 @@ class LineOperator(ElasticOperator):
         """Displacement ux (mm) of about a cell's centre relative to its surroundings under qx of 1 MPa on the cell."""
         return 2.0 * self.compliances.A * self._grid.dx / math.pi
 
-    def coefficients(self, name: Influence, shape: tuple[int, int]) -> DoubleArray:
-        """Return an influence (mm/MPa) at the offsets between strips, from 0 on; shape: that of the operator's grid."""
-        return strip_influence(name, self._grid, self.compliances)
-
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement from pressure, which has none along y; `terms` must couple."""
         self.applications += 1
-        kernels = ((self._spectra["xz"],),)
-        self._convolution.apply(kernels, self._planes(pressure), (displacement[0],), turned=(True, False))
+        self._convolution.apply(((self._spectra["xz"],),), (_plane(pressure),), displacement[:1], turned=(True, False))
         displacement[1] = 0.0
 
     def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` from shear along x; `terms` must couple."""
         self.applications += 1
-        self._convolution.apply(((self._spectra["xz"],),), (shear[0],), self._planes(uz), turned=(False, True))
+        self._convolution.apply(((self._spectra["xz"],),), shear[:1], (_plane(uz),), turned=(False, True))
 
     def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
         """Compute normal and tangential displacement from pressure and shear, with every term that is kept."""
@@ -147,3 +140,8 @@ class LineOperator(ElasticOperator):
             self._convolution.apply(((spectra["yy"],),), (shear[1],), (displacement[1],))
         else:
             displacement[1] = 0.0
+
+
+def _plane(field: FloatArray) -> FloatArray:
+    """Return a field (nx, 1) or (1, nx, 1) as (nx, 1)."""
+    return field if field.ndim == 2 else field[0]

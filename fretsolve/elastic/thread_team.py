@@ -2,57 +2,22 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Sequence
-from queue import SimpleQueue
-from threading import Thread
-from typing import Any, TypeAlias, TypeVar
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.kernels import NUMPY, Kernels
-from fretsolve.kernels.on_grid import in_order, parts_of
+from fretsolve.kernels.parts import in_order, parts_of
 
 ALIGNMENT = 64
 """Bytes of a cache line and of the longest vector instructions."""
 
 Item = TypeVar("Item")
 Found = TypeVar("Found")
-
-
-class _Ended:
-    """The calls of a task that have ended."""
-
-    def __init__(self) -> None:
-        self._errors: list[BaseException | None] = []
-        self._news: SimpleQueue[None] = SimpleQueue()
-
-    def add(self, error: BaseException | None) -> None:
-        """Add a call with what it has raised."""
-        self._errors.append(error)
-        self._news.put(None)
-
-    def errors(self, count: int) -> list[BaseException]:
-        """Wait until `count` calls have ended; return what they have raised.
-
-        An interrupt is raised only then: until then the calls write to the caller's arrays. Calls are counted by the
-        list, because an interrupt may take a piece of news with it.
-        """
-        interrupt: BaseException | None = None
-        while len(self._errors) < count:
-            try:
-                self._news.get()
-            except BaseException as raised:
-                interrupt = raised
-        if interrupt is not None:
-            raise interrupt
-        return [error for error in self._errors if error is not None]
-
-
-Calls: TypeAlias = "SimpleQueue[tuple[Callable[[int], None], int, _Ended] | None]"
-"""Hands calls with the number of a member to a thread; None ends the thread."""
 
 
 class ThreadTeam:
@@ -64,7 +29,7 @@ class ThreadTeam:
 
     def __init__(self, count: int = 1, kernels: Kernels = NUMPY):
         self.count, self.kernels = count, kernels
-        self._calls: Calls | None = _threads(self, count - 1) if count > 1 else None
+        self._others = ThreadPoolExecutor(count - 1, "transforms") if count > 1 else None
         self._memory: NDArray[np.uint8] = np.empty(0, np.uint8)
 
     def members(self, parts: Sequence[Item]) -> range:
@@ -77,7 +42,7 @@ class ThreadTeam:
         Raises what `work` raises, or an interrupt, once all members have ended. `work` must not call `share`: it would
         wait for ever.
         """
-        if self._calls is None:
+        if self._others is None:
             for part in parts:
                 work(0, part)
             return
@@ -90,20 +55,18 @@ class ThreadTeam:
             for part in left:
                 work(member, part)
 
-        # Queues of its own hand a call out in 12 to 20 us of processor time. An executor took twice to four times that.
-        ended, others, handed_out = _Ended(), self.members(parts)[1:], 0
+        calls: list[Future[None]] = []
         try:
-            for member in others:
-                self._calls.put((take, member, ended))
-                handed_out += 1
+            for member in self.members(parts)[1:]:
+                calls.append(self._others.submit(take, member))
             take(0)
         finally:
-            errors = ended.errors(handed_out)
+            _wait_for(calls)
         try:
-            if errors:
-                raise errors[0]
+            while calls:  # an error must hold no call, and with it the fields of `work`
+                calls.pop(0).result()
         finally:
-            del errors, ended  # else the error would hold this call, and with it the fields of `work`
+            calls.clear()
 
     def of_rows(self, shape: tuple[int, int], compute: Callable[[slice], Found]) -> list[Found]:
         """Return what `compute` returns for parts of the rows of a grid, in their order.
@@ -126,23 +89,13 @@ class ThreadTeam:
         self._memory = np.empty(0, np.uint8)
 
 
-def _threads(team: ThreadTeam, count: int) -> Calls:
-    """Start `count` threads, which end with the team, and return the queue from which they take calls."""
-    calls: Calls = SimpleQueue()
-    for _ in range(count):
-        Thread(target=_work, args=(calls,), name="transforms", daemon=True).start()
-        weakref.finalize(team, calls.put, None)
-    return calls
-
-
-def _work(calls: Calls) -> None:
-    """Do one call after another."""
-    while (call := calls.get()) is not None:
-        work, member, ended = call
+def _wait_for(calls: Sequence[Future[None]]) -> None:
+    """Wait until all calls have ended. An interrupt is raised only then: the calls write to the caller's arrays."""
+    interrupt: BaseException | None = None
+    while not all(call.done() for call in calls):
         try:
-            work(member)
-        except BaseException as error:  # it is raised in the thread that handed the call out
-            ended.add(error)
-        else:
-            ended.add(None)
-        del call, work, ended  # a waiting thread keeps no field alive
+            wait(calls)
+        except BaseException as raised:
+            interrupt = raised
+    if interrupt is not None:
+        raise interrupt

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
 from fretsolve.friction.limit import FrictionLimit
-from fretsolve.kernels import ON_ANY_GRID, GridKernels
+from fretsolve.kernels.contact_kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.result.state import Certificate, Zone, nothing

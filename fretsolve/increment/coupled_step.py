@@ -1,5 +1,5 @@
-"""One increment solved as a whole: directly where few cells are in contact, and by the coupled Newton method where
-staggered iterations do not converge."""
+"""One increment solved as a whole: directly where few strips of a line contact touch, and by the coupled Newton method
+where staggered iterations do not converge."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, Coup
 from fretsolve.system.arrays import FloatArray
 
 if TYPE_CHECKING:
-    from fretsolve.solvers.direct import DirectSolver
+    from fretsolve.solvers.line_direct import LineDirectSolver
 
 
 def coupled_problem(
@@ -83,7 +83,7 @@ def solve_coupled(
 
 
 def solve_directly(
-    solver: DirectSolver,
+    solver: LineDirectSolver,
     problem: CoupledProblem,
     start: InitialState,
     work: WorkingState,
@@ -96,8 +96,7 @@ def solve_directly(
 
     presses, slides: which of pressure and shear there is to solve for.
     """
-    from fretsolve.solvers.direct import on_one_thread  # contacts of more cells need none of it
-    from fretsolve.solvers.direct_contact import DirectSolution
+    from fretsolve.solvers.line_direct import DirectSolution, on_one_thread  # contacts on areas need none of it
 
     rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
     estimate = DirectSolution(work.pressure, work.shear, rigid)

@@ -29,18 +29,17 @@ from fretsolve.solvers.tangential import TangentialSolver
 from fretsolve.system.arrays import FloatArray, Vector
 
 if TYPE_CHECKING:
-    from fretsolve.solvers.direct import DirectSolver
+    from fretsolve.solvers.line_direct import LineDirectSolver
 
 COARSE_TOLERANCE, ERROR_OF_CELLS, COARSE_ITERATIONS = 1e-2, 0.5, 60
 """Largest tolerance of a coarse problem; its tolerance times its points per side, since it differs from the fine
 problem by about the width of its cells; and limit of its CG iterations. With the second one mode I.2 takes 2 of 18
 applications less on 512 x 512 points, and a first contact one of 13."""
 
-MOST_DIRECT_CELLS, MOST_DIRECT_STRIPS, MOST_DIRECT_POINTS = 120, 250, 2500
-"""Cells in contact, strips of a line contact, and cells of the grid, up to which increments are solved directly without
-compiled kernels. Their time is that of calls up to some 100 cells, and grows with the third power beyond. Runs on
-32 x 32 points with error bars take a fifth less time; line contacts on 32 to 128 points take a fourth to a half of it,
-on 256 points a half. With compiled kernels increments on 32 x 32 points would take a tenth more."""
+MOST_DIRECT_STRIPS, MOST_DIRECT_POINTS = 250, 2500
+"""Strips of a line contact, and of its grid, up to which increments are solved directly without
+compiled kernels. Their time is that of calls up to some 100 strips, and grows with the third power beyond. Line
+contacts on 24 to 128 points take .4 to .5 of the time, and would take .8 to .95 of it with compiled kernels."""
 
 FEWEST_COARSE_POINTS = 49
 """Fewest points that are left of a side that is halved. With 24 a first increment on 48 to 64 points takes 1.4 times as
@@ -83,21 +82,17 @@ class GridLevel:
             return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
 
-    @property
-    def most_direct_cells(self) -> int:
-        """Cells in contact up to which an increment may be solved directly."""
-        return MOST_DIRECT_STRIPS if isinstance(self.grid, LineGrid) else MOST_DIRECT_CELLS
-
     @cached_property
-    def direct(self) -> DirectSolver | None:
-        """Solver of increments with few cells in contact, at most `most_direct_cells`; None with compiled kernels, on a
-        large grid, in single precision and for orthotropic friction, whose operator is another one."""
-        small = self.grid.nx * self.grid.ny <= MOST_DIRECT_POINTS and self.operator.dtype is np.float64
-        if not small or self._compiled or not self.operator.is_plain:
+    def direct(self) -> LineDirectSolver | None:
+        """Solver of increments with at most MOST_DIRECT_STRIPS strips in contact; None on an area, on a large grid, in
+        single precision and with compiled kernels."""
+        if not isinstance(self.grid, LineGrid) or self.grid.nx > MOST_DIRECT_POINTS:
             return None
-        from fretsolve.solvers.direct import DirectSolver  # other grids and contacts of more cells need none of it
+        if self._compiled or self.operator.dtype is np.float32:
+            return None
+        from fretsolve.solvers.line_direct import LineDirectSolver  # other cases need none of it
 
-        return DirectSolver(self.operator, self.grid)
+        return LineDirectSolver(self.operator, self.grid)
 
     def release(self) -> None:
         """Free the solvers' memory, on coarser levels too; influence coefficients and plans are kept."""

@@ -17,6 +17,7 @@ from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.staggered_iteration import StaggeredIteration
 from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.kernels import NUMPY, Kernels
+from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
@@ -63,7 +64,7 @@ class IncrementSolver:
         self.team = ThreadTeam(threads, kernels)
         self.level = GridLevel(grid, model, self.team, precision)
         self._verifier = self._verifier_type(
-            separation, model.friction, grid, tolerance, model.may_slip, precision, self.level.operator.kernels
+            separation, model.friction, grid, tolerance, model.may_slip, precision, kernels_of(self.level.operator)
         )
         self._iterations: dict[ActiveRegion, StaggeredIteration] = {}
         self._spent = 0.0

@@ -7,6 +7,7 @@ import numpy as np
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.states import WorkingState
+from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.system.arrays import FloatArray
 
@@ -58,7 +59,7 @@ class ShearedSurfaces:
         contact = work.pressure > 0.0
         if not contact.any():
             contact = np.isfinite(separation)
-        change: float = self._level.operator.kernels.normal.largest_change(separation, image, contact)
+        change: float = kernels_of(self._level.operator).normal.largest_change(separation, image, contact)
         if self._acceleration is not None:
             material = np.isfinite(image)
             image[material] = self._acceleration.next(

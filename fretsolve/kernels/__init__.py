@@ -1,9 +1,9 @@
 """Pointwise kernels of the solvers: arrays come in and are overwritten, a sum or a largest value goes out.
 
-There are two forms of them. `NUMPY` runs everywhere. The other one is compiled by numba (extra `fast`), and reads and
-writes each array once; loading it takes a second. Both give the same results up to the order of sums. A run chooses
-one of them and binds it to its grids, for example ``kernels = load(compiled=True).on(grid.shape)``,
-``kernels.cg.add(pressure, correction, factor)``.
+There are two forms of each, in NumPy and compiled by numba, side by side in a module (`fretsolve.kernels.compiling`). A
+run chooses one of the forms: ``kernels = load(compiled=True)``. `spectral` and `cosine_coefficients` serve the
+convolutions of the elastic operator. `contact_kernels` binds `cg`, `friction` and `normal` to the grid of a contact
+solver: ``kernels_of(operator).cg.add(pressure, correction, factor)``.
 """
 
 from __future__ import annotations
@@ -12,54 +12,25 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from types import ModuleType
 from typing import Any
 
-from fretsolve.kernels import cg_numpy, friction_numpy, normal_numpy, slots_numpy, spectral_numpy
-from fretsolve.kernels.on_grid import Share, Steps, in_parts, parts_of, whole
+from fretsolve.kernels import cosine_coefficients, spectral
+from fretsolve.kernels.compiling import form_of
 
-
-@dataclass(frozen=True)
-class GridKernels:
-    """Kernels for fields on one grid: steps of the conjugate gradients, passes of slip law and normal problem."""
-
-    cg: Any
-    friction: Any
-    normal: Any
-
-
-ON_ANY_GRID = GridKernels(Steps(cg_numpy), friction_numpy, normal_numpy)
-"""Kernels in NumPy, which take all rows of any grid at once."""
+COMPILER = "fretsolve.kernels.numba_compiler"
 
 
 @dataclass(frozen=True)
 class Kernels:
-    """One form of the kernels: a module for each of its parts.
+    """One form of the kernels, and the kernels of convolutions in it.
 
-    zones: None without numba, where `fretsolve.simulation.zones` measures zones itself;
     compiled: by numba; why_not: numba's message, where it was asked for and cannot be used.
     """
 
-    cg: ModuleType = cg_numpy
-    friction: ModuleType = friction_numpy
-    normal: ModuleType = normal_numpy
-    spectral: ModuleType = spectral_numpy
-    slots: ModuleType = slots_numpy
-    zones: ModuleType | None = None
+    spectral: Any = spectral
+    cosine_coefficients: Any = cosine_coefficients
     compiled: bool = False
     why_not: str = ""
-
-    def on(self, shape: tuple[int, int], share: Share | None = None) -> GridKernels:
-        """Return the kernels for fields (nx, ny); on a large grid they `share` parts of it out among threads."""
-        parts = parts_of(shape)
-        modules = {"cg": self.cg, "friction": self.friction, "normal": self.normal}
-        if share is not None and len(parts) > 1:
-            return GridKernels(
-                **{kind: in_parts(module, kind, self.compiled, parts, share) for kind, module in modules.items()}
-            )
-        if not self.compiled:
-            return ON_ANY_GRID
-        return GridKernels(**{kind: whole(module, kind, shape[0]) for kind, module in modules.items()})
 
 
 NUMPY = Kernels()
@@ -71,18 +42,15 @@ def load(compiled: bool) -> Kernels:
     if not compiled:
         return NUMPY
     try:
-        from fretsolve.kernels import cg_numba, friction_numba, normal_numba, slots_numba, spectral_numba, zones_numba
+        return Kernels(form_of(spectral, True), form_of(cosine_coefficients, True), compiled=True)
     except Exception as error:  # numba may refuse NumPy's version, or find no place for its cache
         return Kernels(why_not=f"{type(error).__name__}: {error}")
-    modules = cg_numba, friction_numba, normal_numba, spectral_numba, slots_numba, zones_numba
-    return Kernels(*modules, compiled=True)
 
 
 def when_compiling(tell: Callable[[], None]) -> None:
     """Call `tell` when a kernel has to be compiled, before the wait: once, and never without compiled kernels."""
-    options = sys.modules.get("fretsolve.kernels.numba_options")  # loaded with the compiled kernels, if at all
-    if options is not None:
-        options.when_compiling(tell)
+    if compiler := sys.modules.get(COMPILER):  # loaded with the compiled kernels, if at all
+        compiler.when_compiling(tell)
 
 
 def compile_seconds() -> float:
@@ -91,22 +59,13 @@ def compile_seconds() -> float:
 
 
 def readying_seconds() -> float:
-    """Return the same with the time of reading them from disk. It is no part of the time of an increment."""
+    """Return the time (s) of compiling kernels and of reading them from disk, which is no part of an increment."""
     return _clock("readying_seconds")
 
 
 def _clock(name: str) -> float:
-    options = sys.modules.get("fretsolve.kernels.numba_options")  # loaded with the compiled kernels, if at all
-    return float(getattr(options, name)()) if options is not None else 0.0
+    compiler = sys.modules.get(COMPILER)
+    return float(getattr(compiler, name)()) if compiler else 0.0
 
 
-__all__ = [
-    "NUMPY",
-    "ON_ANY_GRID",
-    "GridKernels",
-    "Kernels",
-    "compile_seconds",
-    "load",
-    "readying_seconds",
-    "when_compiling",
-]
+__all__ = ["NUMPY", "Kernels", "compile_seconds", "load", "readying_seconds", "when_compiling"]

@@ -18,7 +18,7 @@ from collections.abc import Callable
 import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.kernels.preconditioning import diagonal, share
+from fretsolve.kernels.cg import diagonal, share
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 MOST_GMRES_ITERATIONS = 100

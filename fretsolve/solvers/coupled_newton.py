@@ -14,6 +14,7 @@ import numpy as np
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP
 from fretsolve.friction.limit import FrictionLimit
+from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import CoupledEquations
@@ -69,7 +70,8 @@ class CoupledNewton:
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
-        self._normal, self._tangential = NormalModes(grid, operator.kernels), TangentialModes(grid, operator.kernels)
+        self._kernels = kernels_of(operator)
+        self._normal, self._tangential = NormalModes(grid, self._kernels), TangentialModes(grid, self._kernels)
         self._arms = self._normal.arms
         self._uz, self._uz_before, self._gap, self._forward = (np.zeros(grid.shape) for _ in range(4))
         self._moved, self._slip = np.zeros((2, *grid.shape)), np.zeros((2, *grid.shape))
@@ -210,7 +212,7 @@ class CoupledNewton:
         gaps = self._normal.gap_sums(problem.separation, self._uz, work.rigid[:3], self._contact)
         work.rigid[:3] += solve_modes(self._normal.gram(self._contact), gaps, problem.normal.forced_index)
         weight = self._contact.astype(np.float64)
-        gram = self.operator.kernels.friction.gram(weight, work.direction, self._normal.x, self._normal.y)
+        gram = self._kernels.friction.gram(weight, work.direction, self._normal.x, self._normal.y)
         across = (self._slip - self._forward * work.direction) * self._contact
         work.rigid[3:] -= solve_modes(gram, self._tangential.sums(across), problem.tangential.forced_index)
 
@@ -226,7 +228,7 @@ class CoupledNewton:
         """Return the largest error of the slip over its scale, as in `tangential`."""
         moved = np.abs(np.concatenate([work.rigid[:3] - problem.before, work.rigid[3:]])) * self._arms
         motion = max(problem.motion, float(moved.max()), TINY)
-        largest, in_slip, in_stick = self.operator.kernels.friction.violation(
+        largest, in_slip, in_stick = self._kernels.friction.violation(
             self._slip * self._contact, work.direction, work.slipping
         )
         largest = max(largest, LEAST_SLIP * motion, problem.least_slip)

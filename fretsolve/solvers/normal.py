@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fretsolve.elastic.incremental_update import add_correction, add_displacement
+from fretsolve.elastic.incremental_update import Workspace, add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import ROUNDING, rounding_of
-from fretsolve.elastic.workspace import Workspace
 from fretsolve.errors import ContactLostError
+from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.projected_cg import ProjectedCG
@@ -55,9 +55,9 @@ class NormalSolver:
 
     def __init__(self, operator: ElasticOperator, grid: Grid, workspace: Workspace | None = None):
         self.operator = operator
-        self.modes = NormalModes(grid, operator.kernels)
+        self.modes = NormalModes(grid, kernels_of(operator))
         self._workspace = workspace or Workspace(1, grid.shape, operator.inner.dtype)
-        self._cg = ProjectedCG(self._workspace, 1, operator.kernels)
+        self._cg = ProjectedCG(self._workspace, 1, kernels_of(operator))
         self._gap, self.uz = self._workspace.double[0], np.zeros((1, *grid.shape))
         self._contact = self._cg.zone
         self._no_material: BoolArray = np.zeros(grid.shape, dtype=bool)

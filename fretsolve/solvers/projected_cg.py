@@ -16,8 +16,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fretsolve.elastic.workspace import Workspace
-from fretsolve.kernels import ON_ANY_GRID, GridKernels
+from fretsolve.elastic.incremental_update import Workspace
+from fretsolve.kernels.contact_kernels import ON_ANY_GRID, GridKernels
 from fretsolve.solvers.rigid_modes import inverse_of
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums
 

@@ -14,7 +14,7 @@ from operator import mul
 
 import numpy as np
 
-from fretsolve.kernels import ON_ANY_GRID, GridKernels
+from fretsolve.kernels.contact_kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray, Products, Sums, Vector

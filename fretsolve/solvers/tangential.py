@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.incremental_update import add_correction, add_displacement
+from fretsolve.elastic.incremental_update import Workspace, add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP, ROUNDING, rounding_of
-from fretsolve.elastic.workspace import Workspace
+from fretsolve.kernels.contact_kernels import kernels_of
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import SolverResult
@@ -64,11 +64,11 @@ class TangentialSolver:
 
     def __init__(self, operator: ElasticOperator, grid: Grid):
         self.operator = operator
-        self._kernels = operator.kernels.friction
-        self.modes = TangentialModes(grid, operator.kernels)
+        self._kernels = kernels_of(operator).friction
+        self.modes = TangentialModes(grid, kernels_of(operator))
         self.workspace = Workspace(2, grid.shape, operator.inner.dtype)
         self._slip, self._normal = self.workspace.double, np.zeros((2, *grid.shape))
-        self._cg = ProjectedCG(self.workspace, 2, operator.kernels)
+        self._cg = ProjectedCG(self.workspace, 2, kernels_of(operator))
         self._contact = self._cg.zone
         self.slipping: BoolArray = np.zeros(grid.shape, dtype=bool)
 
@@ -130,7 +130,7 @@ class TangentialSolver:
                 self._normal[:] = 0.0
                 np.copyto(self._cg.weight, self._contact)
             elif corrected or excess > tolerance:
-                self._kernels.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+                self._kernels.return_map(shear, friction_limit, self._contact, self.slipping, self._normal)
             # TG7: restore the imposed loads
             self._restore_balance(control, self._cg.weight, shear)
             # TG8: elastic slip of the change of the shear
@@ -158,9 +158,9 @@ class TangentialSolver:
         shear *= self._contact
         self.slipping &= self._contact
         self._start_fresh_cells(friction_limit, shear)
-        self._kernels.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+        self._kernels.return_map(shear, friction_limit, self._contact, self.slipping, self._normal)
         self._restore_balance(control, friction_limit, shear)
-        self._kernels.return_to_circle(shear, friction_limit, self._contact, self.slipping, self._normal)
+        self._kernels.return_map(shear, friction_limit, self._contact, self.slipping, self._normal)
         np.copyto(self._cg.weight, self._contact)
 
     def _start_fresh_cells(self, friction_limit: FloatArray, shear: FloatArray) -> None:

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import fast_length, plan, pyfftw
+from fretsolve.elastic.influence import spectrum_of
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.stress.influence import (
     COMPONENTS,
@@ -81,7 +81,6 @@ class LayerConvolution:
         )
         self.padded = padded_shape(source, target)
         self._columns = self.padded[1] // 2 + 1
-        self._quadrant = PaddedConvolution((self.reach[0] + 1, self.reach[1] + 1), padded=self.padded)
         # Where the cells lie on the padded grid.
         offsets = [max(0, of.start - to.start) for of, to in zip(source, target, strict=True)]
         self._placed, self._wanted = (
@@ -117,7 +116,9 @@ class LayerConvolution:
         found: dict[Potential | Strip, DoubleArray] = {}
         for name in names:
             values = cell_values(name, x, y, depth, *self.spacing)
-            spectrum = self._quadrant.kernel_spectrum(values, is_odd(name, "x"), is_odd(name, "y"))
+            spectrum = spectrum_of(
+                values, self.padded, np.dtype(float), is_odd(name, "x"), is_odd(name, "y"), self._team
+            )
             found[name] = np.ascontiguousarray(spectrum.values.T, dtype=np.float64)
         return found
 

@@ -22,11 +22,9 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
-from fretsolve.elastic.preconditioner import Preconditioner
+from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator, Preconditioner
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.kernels import GridKernels
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
@@ -115,11 +113,7 @@ class CompliantOperator(ElasticOperator):
 
     def __init__(self, elastic: ElasticOperator, compliance: FloatArray):
         self._elastic, self._compliance = elastic, compliance
-        self.terms, self.dtype = elastic.terms, elastic.dtype
-
-    @cached_property
-    def kernels(self) -> GridKernels:
-        return self._elastic.kernels
+        self.terms, self.dtype, self.shape, self.team = elastic.terms, elastic.dtype, elastic.shape, elastic.team
 
     @property
     def preconditioner(self) -> Preconditioner:

@@ -20,7 +20,7 @@ from fretsolve.model.surface import separation
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_shares import ZoneFields
+from fretsolve.simulation.zones.edge_law import ZoneFields
 from fretsolve.solvers.normal import NormalSolver
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 

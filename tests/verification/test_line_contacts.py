@@ -32,7 +32,7 @@ from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.line import HertzLine, RoundedPunch, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_shares import ZoneFields
+from fretsolve.simulation.zones.edge_law import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
 from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 

@@ -10,7 +10,7 @@ from fretsolve.increment.line_increment import LineIncrementSolver, SunkenPoint
 from fretsolve.model.grid import LineGrid
 from fretsolve.result.state import Fields, Summary
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.simulation.zones.edge_shares import ZoneFields
+from fretsolve.simulation.zones.edge_law import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
 from fretsolve.system.arrays import FloatArray, Vector
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.batched_convolution import BatchedConvolution
-from fretsolve.elastic.kernel_spectrum import KernelSpectrum
+from fretsolve.elastic.convolution import BatchedConvolution
+from fretsolve.elastic.influence import KernelSpectrum
 from fretsolve.kernels import load
 
 SHAPE, PADDED = (5, 4), (10, 8)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import convolve2d
 
-from fretsolve.elastic import cache_block, convolution, kernel_spectrum
+from fretsolve.elastic import convolution, fftw, influence
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.fftw import padded_length
 from fretsolve.elastic.thread_team import ThreadTeam
@@ -69,8 +69,8 @@ def test_blocks_do_not_matter(monkeypatch):
     shape = (24, 30)
     values, field = quadrant(shape, True, True), np.random.default_rng(3).normal(size=shape)
     results = []
-    for cache in (cache_block.CACHE_BYTES, 3000):
-        monkeypatch.setattr(cache_block, "CACHE_BYTES", cache)
+    for cache in (fftw.CACHE_BYTES, 3000):
+        monkeypatch.setattr(fftw, "CACHE_BYTES", cache)
         padded = PaddedConvolution(shape)
         kernel = padded.kernel_spectrum(values, True, True)
         results.append(convolve(padded, ((kernel,),), [field])[0])
@@ -82,7 +82,7 @@ def test_spectra_in_parts_are_those_of_the_whole(odd, monkeypatch):
     values = quadrant((23, 31), *odd)
     results = []
     for least in (10**9, 0):
-        monkeypatch.setattr(kernel_spectrum, "LEAST_SHARED", least)
+        monkeypatch.setattr(influence, "LEAST_SHARED", least)
         results += [
             PaddedConvolution((23, 31), team=ThreadTeam(count)).kernel_spectrum(values, *odd) for count in (1, 2)
         ]
@@ -141,6 +141,6 @@ def test_whole_arrays_and_blocks_give_the_same(monkeypatch, dtype):
 
 @pytest.mark.parametrize("lines", [3, 7, 50, 128, 170, 256, 301, 512])
 def test_blocks_of_lines_are_one_or_an_even_number(lines: int) -> None:
-    blocks = cache_block.even_parts(lines, cache_block.CACHE_BYTES // 50)
+    blocks = fftw.even_parts(lines, fftw.CACHE_BYTES // 50)
     assert [line for block in blocks for line in range(lines)[block]] == list(range(lines))
     assert len(blocks) == 1 if lines < 50 else len(blocks) % 2 == 0

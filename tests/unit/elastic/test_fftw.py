@@ -11,7 +11,7 @@ from command_line import python
 from solving import build
 
 from fretsolve import run
-from fretsolve.elastic import cache_block, convolution
+from fretsolve.elastic import convolution
 from fretsolve.elastic import fftw as wisdom
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom, wisdom_file
 from fretsolve.errors import GridEdgeError
@@ -144,7 +144,7 @@ def test_home_unknown(monkeypatch):
 def test_all_plans_are_kept_before_an_increment_is_given_out(cache, monkeypatch):
     """A resumed run must transform by the same plans, those too that were not needed until a later increment."""
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
-    monkeypatch.setattr(cache_block, "LEAST_MEASURED", 0)
+    monkeypatch.setattr(wisdom, "LEAST_MEASURED", 0)
     path = [{"P": 400}, {"Qx": 30, "increments": 1}, {"P": 404, "increments": 1}]
     sizes = []
     for _ in run(build(grid={"points": 80, "size": 0.9}, load_path=path)):

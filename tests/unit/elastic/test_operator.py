@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.elastic import cache_block, convolution
+from fretsolve.elastic import convolution, fftw
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.model.materials import Compliances
@@ -97,19 +97,6 @@ def test_inputs_are_left_alone(tractions):
     np.testing.assert_array_equal(tractions, before)
 
 
-def test_a_shear_of_zero_costs_nothing(tractions, monkeypatch):
-    """Without in-plane coupling the direction without load is left out."""
-    elastic, displacement, convolved = operator(NONE), np.empty((2, *SHAPE)), []
-    apply = convolution.PaddedConvolution.apply
-    monkeypatch.setattr(
-        convolution.PaddedConvolution, "apply", lambda *words: convolved.append(len(words[2])) or apply(*words)
-    )
-    tractions[2] = 0.0
-    elastic.tangential(tractions[1:], displacement)
-    assert not displacement[1].any()
-    assert (convolved, elastic.applications) == ([1], 1)
-
-
 def test_the_inner_operator_is_the_same_in_its_units(tractions):
     elastic, displacement = operator(), np.empty((2, *SHAPE))
     inner = elastic.inner
@@ -146,7 +133,7 @@ def test_a_part_of_a_grid_takes_the_coefficients_of_the_whole(tractions, monkeyp
 @pytest.mark.parametrize("terms", [NONE, TANGENTIAL, FULL])
 def test_threads_change_no_bit(tractions, terms, monkeypatch):
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
-    monkeypatch.setattr(cache_block, "CACHE_BYTES", 2048)  # blocks enough to share out
+    monkeypatch.setattr(fftw, "CACHE_BYTES", 2048)  # blocks enough to share out
     found = []
     for team in (ThreadTeam(1), ThreadTeam(2), ThreadTeam(5)):
         displacement = np.empty((3, *SHAPE))

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.elastic.kernel_spectrum import KernelSpectrum
+from fretsolve.elastic.influence import KernelSpectrum
 from fretsolve.elastic.line_operator import LineOperator
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.operator_on_grid import operator_on
-from fretsolve.elastic.orthotropic_operator import OrthotropicOperator
+from fretsolve.elastic.operator_on_grid import OrthotropicOperator, operator_on
 from fretsolve.model.grid import Grid, LineGrid
 from fretsolve.model.materials import Compliances, Orthotropy
 from fretsolve.model.required_terms import Terms

@@ -3,9 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.convolution import PaddedConvolution
-from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.preconditioner import Preconditioner
+from fretsolve.elastic.operator import ElasticOperator, Preconditioner
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 
@@ -59,22 +57,6 @@ def test_factor_precision_and_place_of_the_result():
     single = field.astype(np.float32)
     inverse((20, 30), factor=1e-5, dtype=np.float32).tangential(single, single)
     np.testing.assert_allclose(single, 1e-5 * expected, atol=1e-5 * np.abs(1e-5 * expected).max())
-
-
-def test_a_component_of_zero_costs_nothing(monkeypatch):
-    made, field, convolved = inverse((20, 30), in_plane_coupling=False), np.zeros((2, 20, 30)), []
-    apply = PaddedConvolution.apply
-    monkeypatch.setattr(PaddedConvolution, "apply", lambda *words: convolved.append(len(words[2])) or apply(*words))
-    field[0] = 1.0
-    result = np.ones_like(field)
-    made.tangential(field, result)
-    assert result[0].all()
-    assert not result[1].any()
-    assert convolved == [1]
-
-
-def test_there_is_no_padding_but_to_a_fast_length():
-    assert inverse((20, 30))._convolution.padded == (20, 32)
 
 
 @pytest.mark.parametrize("shape", [(6, 6), (7, 6)])

@@ -53,29 +53,16 @@ def test_members_work_on_distant_parts_at_the_same_time() -> None:
 
 
 @pytest.mark.parametrize("failing", [0, 1])
-def test_errors_come_back(failing: int) -> None:
-    both = threading.Barrier(2, timeout=30.0)
-
-    def work(member: int, part: int) -> None:
-        both.wait()
-        if member == failing:
-            raise OverflowError(f"of member {member}")
-
-    with pytest.raises(OverflowError, match=f"of member {failing}"):
-        ThreadTeam(2).share(work, range(2))
-
-
-@pytest.mark.parametrize("failing", [0, 1])
-def test_a_team_works_on_after_an_error(failing: int) -> None:
+def test_errors_come_back_and_the_team_works_on(failing: int) -> None:
     both, team, done = threading.Barrier(2, timeout=30.0), ThreadTeam(2), []
 
     def fail(member: int, part: int) -> None:
         both.wait()
         if member == failing:
-            raise OverflowError
+            raise OverflowError(f"of member {member}")
 
     for _ in range(3):
-        with pytest.raises(OverflowError):
+        with pytest.raises(OverflowError, match=f"of member {failing}"):
             team.share(fail, range(2))
     team.share(lambda member, part: done.append(part), range(4))
     assert sorted(done) == [0, 1, 2, 3]
@@ -120,7 +107,8 @@ def test_an_interrupt_goes_before_errors() -> None:
 
 def test_threads_end_with_their_team() -> None:
     before = set(threading.enumerate())
-    team = ThreadTeam(3)
+    team, all_at_once = ThreadTeam(3), threading.Barrier(3, timeout=30.0)
+    team.share(lambda member, part: all_at_once.wait() and None, range(3))
     own = set(threading.enumerate()) - before
     assert len(own) == 2
     del team

@@ -11,7 +11,7 @@ from solving import DISSIMILAR, LOAD, build, solve_last
 
 from fretsolve.elastic.rounding import LEAST_MOTION
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
+from fretsolve.increment.coupled_step import coupled_problem, solve_coupled
 from fretsolve.increment.grid_hierarchy import GridLevel
 from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
@@ -63,17 +63,6 @@ def test_by_the_coupled_newton_method(setup):
     assert solve_coupled(level, problem_of(setup, start, work), start, work, 1e-7, 500)
     assert work.coupled_step
     assert work.iterations_normal == work.iterations_tangential > 0
-    assert_solved(setup, work)
-
-
-def test_directly(setup):
-    level, start, work = begun(setup)
-    assert level.direct is not None
-    problem = problem_of(setup, start, work)
-    pressed = level.normal.solve(setup.separation(), problem.normal, work.pressure, 1e-2, 100, np.zeros(3))
-    work.rigid[:3] = pressed.rigid
-    assert solve_directly(level.direct, problem, start, work, 1e-7, presses=True, slides=True)
-    assert (work.staggered_iterations, work.coupled_step) == (1, False)
     assert_solved(setup, work)
 
 

@@ -187,9 +187,9 @@ def test_as_on_a_large_grid(precision, threads, compiled, monkeypatch):
         "increment.active_region.FEWEST_POINTS": 8,
         "increment.grid_hierarchy.FEWEST_COARSE_POINTS": 8,
         "increment.increment.LARGE_GRID": 50,
-        "elastic.mirrored.convolution.MOST_PRODUCTS": 0,
-        "elastic.cache_block.CACHE_BYTES": 4096,
-        "kernels.on_grid.PART_CELLS": 100,
+        "elastic.mirrored_operator.MOST_PRODUCTS": 0,
+        "elastic.fftw.CACHE_BYTES": 4096,
+        "kernels.parts.PART_CELLS": 100,
     }.items():
         monkeypatch.setattr(f"fretsolve.{place}", value)
     path = [{"P": LOAD}, {"Qx": 30.0, "increments": 3}, {"Mz": 1.0, "increments": 2}]

@@ -11,36 +11,36 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretsolve.kernels import NUMPY, GridKernels, load, on_grid, spectral_numpy
+from fretsolve.kernels import load, parts
+from fretsolve.kernels.contact_kernels import GridKernels, kernels_on
 
 pytest.importorskip("numba")
 
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels import spectral_numba
-from fretsolve.kernels.numba_options import compile_seconds
 
 FORMS = ["numpy", "numpy in parts", "compiled", "compiled in parts"]
+SPECTRAL = [load(compiled).spectral for compiled in (False, True)]
 SHAPES = [(1, 1), (7, 5), (40, 33)]
 CG = ["constrain", "start", "search", "step", "add", "largest", "normalise"]
 NORMAL = ["sum_gaps", "take_gap", "largest_change", "gram", "sum_modes", "stretch"]
 FRICTION = ["take_slip", "move", "gram", "balance", "add_motion", "sum_motions", "violation", "scale_tangential"]
-FRICTION += ["return_to_circle", "excess"]
+FRICTION += ["return_map", "excess"]
 
 
 @pytest.fixture(autouse=True)
 def many_parts(monkeypatch):
-    monkeypatch.setattr(on_grid, "PART_CELLS", 20)
+    monkeypatch.setattr(parts, "PART_CELLS", 20)
 
 
 def kernels(form: str, shape, threads: int = 2) -> GridKernels:
     """Return the kernels for a grid: in one call for all of its rows, or in parts that threads share."""
     share = ThreadTeam(threads).share if "parts" in form else None
-    return load("compiled" in form).on(shape, share)
+    return kernels_on(shape, "compiled" in form, share)
 
 
 def parameters(kind, function):
     """Return the names of the arguments of a kernel."""
-    return list(inspect.signature(getattr(getattr(NUMPY.on((1, 1)), kind), function)).parameters)
+    return list(inspect.signature(getattr(getattr(kernels_on((1, 1), False), kind), function)).parameters)
 
 
 def arguments(function, shape, components, dtype, seed=0):
@@ -166,23 +166,7 @@ def test_a_nan_of_the_gap_is_not_lost(form, touches):
     assert np.isnan(errors[0] if touches else errors[1])
 
 
-@pytest.mark.parametrize("length", [1, 4, 10])
-@pytest.mark.parametrize("odd", [False, True])
-def test_products_of_spectra(length, odd):
-    random = np.random.default_rng(1)
-    kernels = tuple(random.normal(size=(3, length // 2 + 1)) for _ in range(3))
-    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(2))
-    results = []
-    for module in (spectral_numpy, spectral_numba):
-        alone, pair = np.empty_like(fields[0]), tuple(field.copy() for field in fields)
-        module.multiply(kernels[0], odd, fields[0], alone)
-        (xx, yy, xy) = kernels
-        module.multiply_symmetric(((xx, xy), (xy, yy)), ((False, odd), (odd, False)), pair)
-        results.append((alone, *pair))
-    np.testing.assert_allclose(results[1], results[0], rtol=1e-13)
-
-
-@pytest.mark.parametrize("module", [spectral_numpy, spectral_numba])
+@pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
 @pytest.mark.parametrize("rows", [1, 2, 7])
 @pytest.mark.parametrize("length", [1, 6, 9])
 def test_two_real_rows_are_transformed_as_one(module, rows, length):
@@ -203,7 +187,7 @@ def test_two_real_rows_are_transformed_as_one(module, rows, length):
     np.testing.assert_allclose(found, field, atol=1e-14)
 
 
-@pytest.mark.parametrize("module", [spectral_numpy, spectral_numba])
+@pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
 @pytest.mark.parametrize("shape", [(1, 1), (8, 16), (13, 21), (20, 5)])
 @pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
 def test_columns_become_lines_and_come_back(module, shape, dtype):
@@ -222,7 +206,7 @@ def test_columns_become_lines_and_come_back(module, shape, dtype):
 
 
 @pytest.mark.parametrize("length", [4, 10])
-@pytest.mark.parametrize("module", [spectral_numpy, spectral_numba])
+@pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
 def test_product_of_all_spectra(module, length):
     """That of a symmetric matrix per wave vector, mirrored and odd."""
     random, half = np.random.default_rng(2), length // 2 + 1
@@ -324,8 +308,9 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
 def test_clock_of_what_is_read_from_disk(tmp_path):
     code = """if True:
         import numpy as np
-        from fretsolve.kernels import compile_seconds, load, readying_seconds
-        load(True).on((2, 2)).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
+        from fretsolve.kernels import compile_seconds, readying_seconds
+        from fretsolve.kernels.contact_kernels import kernels_on
+        kernels_on((2, 2), True).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
         print(compile_seconds(), readying_seconds())"""
     own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
     environment = os.environ | own
@@ -336,15 +321,3 @@ def test_clock_of_what_is_read_from_disk(tmp_path):
     )
     assert 0.0 < first[0] <= first[1]
     assert second[0] == 0.0 < second[1]
-
-
-def test_clock_of_the_compiler():
-    import numba
-
-    before = compile_seconds()
-    doubled = numba.njit(lambda value: 2 * value)
-    assert doubled(1.0) == 2.0
-    after = compile_seconds()
-    assert after > before
-    assert doubled(2.0) == 4.0
-    assert compile_seconds() == after

@@ -12,8 +12,7 @@ import pytest
 from fretsolve import kernels
 
 numba = pytest.importorskip("numba")
-options = pytest.importorskip("fretsolve.kernels.numba_options")
-numba_cache = pytest.importorskip("fretsolve.kernels.numba_cache")
+numba_compiler = pytest.importorskip("fretsolve.kernels.numba_compiler")
 
 
 def threefold(value: float) -> float:
@@ -29,7 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def taken_from_disk() -> bool:
     """Call a kernel as a new process does, and return whether it was taken from the cache."""
-    compiled = options.kernel(threefold)
+    compiled = numba_compiler.compiled_form(threefold, {})
     assert compiled(2.0) == 6.0
     return sum(compiled.stats.cache_hits.values()) == 1
 
@@ -62,7 +61,7 @@ def test_damage_costs_a_compilation(folder: Path, ending: str, how: str, seed: i
 
 
 def test_a_cache_that_cannot_be_written_any_more(folder: Path) -> None:
-    compiled = options.kernel(threefold)
+    compiled = numba_compiler.compiled_form(threefold, {})
     for path in folder.iterdir():
         shutil.rmtree(path)
         path.write_text("in the way")
@@ -79,9 +78,9 @@ def test_kernels_are_compiled_again_when_a_module_has_changed(folder: Path, monk
     """A kernel holds the constants of other modules."""
     assert not taken_from_disk()
     assert taken_from_disk()
-    stamp = numba_cache._stamp_of_kernels()
-    assert {"zone_laws.py", "preconditioning.py"} <= {name for name, *_ in stamp}
-    monkeypatch.setattr(numba_cache, "_stamp_of_kernels", lambda: stamp[1:])
+    stamp = numba_compiler._stamp_of_kernels()
+    assert {"cg.py", "compiling.py"} <= {name for name, *_ in stamp}
+    monkeypatch.setattr(numba_compiler, "_stamp_of_kernels", lambda: stamp[1:])
     assert not taken_from_disk()
 
 

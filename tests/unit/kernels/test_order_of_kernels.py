@@ -9,23 +9,27 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("numba")
-options = pytest.importorskip("fretsolve.kernels.numba_options")
+from fretsolve.kernels import compiling
 
-FOLDER = Path(options.__file__).parent
+pytest.importorskip("numba")
+
+FOLDER = Path(compiling.__file__).parent
 
 CALLS = """
 import sys
 import numpy as np
-from fretsolve.kernels import friction_numba
+from fretsolve.kernels import friction
+from fretsolve.kernels.compiling import form_of
+
+loops = form_of(friction, compiled=True)
 
 random = np.random.default_rng(1)
 shear, normal = random.normal(size=(2, 2, 48, 48))
 weight, axis = random.random((48, 48)), random.normal(size=48)
 calls = {
-    "sum_motions": lambda: friction_numba.sum_motions(0, 48, shear, axis, axis),
-    "gram": lambda: friction_numba.gram(0, 48, weight, normal, axis, axis),
-    "balance": lambda: friction_numba.balance(0, 48, shear, weight, normal, axis, axis),
+    "sum_motions": lambda: loops.sum_motions(0, 48, shear, axis, axis),
+    "gram": lambda: loops.gram(0, 48, weight, normal, axis, axis),
+    "balance": lambda: loops.balance(0, 48, shear, weight, normal, axis, axis),
 }
 for name in sys.argv[1:]:
     print(name, calls[name]())
@@ -44,22 +48,22 @@ def test_numbers_of_a_kernel_do_not_depend_on_the_ones_called_before() -> None:
     assert numbers("balance", "gram", "sum_motions") == found
 
 
+MARKS = {"compiled", "exact", "inlined"}
+
+
 def decorator(function: ast.FunctionDef) -> str:
     return "".join(one.id for one in function.decorator_list if isinstance(one, ast.Name))
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*_numba.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.stem)
 def test_what_kernels_call_is_put_into_them(path: Path) -> None:
     functions = {one.name: one for one in ast.parse(path.read_text()).body if isinstance(one, ast.FunctionDef)}
-    kernels = [one for one in functions.values() if decorator(one)]
+    kernels = [one for one in functions.values() if decorator(one) in MARKS]
     called = {
         node.func.id
         for one in kernels
         for node in ast.walk(one)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
     }
-    assert kernels
     decorators = {decorator(functions[name]) for name in called if name in functions}
     assert decorators <= {"inlined", "exact"}  # exact functions give the same bits wherever their code stands
-    for name in called & {"larger", "largest_of"}:
-        assert getattr(options, name).targetoptions["forceinline"]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.kernels import preconditioning
-from fretsolve.kernels.preconditioning import MIDDLE, diagonal, share
+from fretsolve.kernels.cg import MIDDLE, diagonal, share
 from fretsolve.system.arrays import FloatArray
 
 STIFFNESS = np.array([0.0, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e3, 1e6])
@@ -19,12 +18,6 @@ def preconditioner(inverse: float) -> FloatArray:
     return v * inverse * v + diagonal(WEIGHT, v)
 
 
-def test_factors_are_those_of_the_equation() -> None:
-    v = share(WEIGHT)
-    assert v == pytest.approx(1.0 / (1.0 + 0.5 * MIDDLE * STIFFNESS), rel=1e-9)
-    assert diagonal(WEIGHT, v) == pytest.approx(MIDDLE / (1.0 + MIDDLE * STIFFNESS) - MIDDLE * v**2, abs=1e-14)
-
-
 def test_middle_wave_is_solved_exactly() -> None:
     assert preconditioner(MIDDLE) == pytest.approx(MIDDLE / (1.0 + MIDDLE * STIFFNESS), rel=1e-9)
 
@@ -34,19 +27,6 @@ def test_long_and_short_waves_meet_the_elastic_operator_in_stick_and_the_slip_la
     found = preconditioner(inverse)
     assert found[0] == inverse
     assert found[-1] == pytest.approx(1.0 / STIFFNESS[-1], rel=1e-5)
-
-
-@pytest.mark.parametrize("middle", [0.0, 1.0])
-def test_other_middles(middle: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(preconditioning, "MIDDLE", middle)
-    assert preconditioner(middle) == pytest.approx(middle / (1.0 + middle * STIFFNESS), rel=1e-9)
-    if not middle:  # a slip law that nothing accounts for
-        assert (share(WEIGHT) == 1.0).all() and (diagonal(WEIGHT, share(WEIGHT)) == 0.0).all()
-
-
-def test_both_are_zero_out_of_the_zone() -> None:
-    nowhere = np.zeros(1)
-    assert share(nowhere) == 0.0 and diagonal(nowhere, share(nowhere)) == 0.0
 
 
 def test_diagonal_is_never_negative_by_rounding() -> None:

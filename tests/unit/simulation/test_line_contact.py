@@ -17,7 +17,7 @@ from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import derive_model
 from fretsolve.result.state import Zone
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.zones.edge_shares import ZoneFields
+from fretsolve.simulation.zones.edge_law import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
 
 PARTS = {

@@ -13,7 +13,7 @@ from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_elliptic, hertz_sphere
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_shares import ZoneFields
+from fretsolve.simulation.zones.edge_law import ZoneFields
 
 UNIT = Compliances(A=2.0, B=0.0, C=0.0)
 """A contact modulus of 1."""

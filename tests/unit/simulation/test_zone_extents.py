@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from solving import FRICTION, HERTZ, LOAD, MATERIAL, A, grid_of, solve, solve_last
 from test_zone_areas import UNIT, line_contact
+from zones import contact_size
 
 from fretsolve.model.grid import Grid
 from fretsolve.reference.hertz import hertz_elliptic
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_shares import ZoneFields
-from fretsolve.simulation.zones.zone_edges import contact_edge, stick_edge
-from fretsolve.simulation.zones.zone_extents import Extent, _farthest, zone_extent
+from fretsolve.simulation.zones.edge_law import ZoneFields
+from fretsolve.simulation.zones.zone_sizes import Extent, ZoneSize, _farthest, zone_sizes
 
 SHEARED = [{"P": LOAD}, {"Qx": 25.0, "increments": 1}]
 C = cattaneo_mindlin(HERTZ, FRICTION, 25.0, MATERIAL.tangential).stick_radius
@@ -51,7 +51,7 @@ def test_rows_of_cells(axis, rows):
         grid = Grid(len(fields[0]), rows, cell, 0.1, 0.37 * cell, 0.5)
         if axis == 1:
             fields, grid = [field.T.copy() for field in fields], Grid(rows, grid.nx, 0.1, cell, 0.5, 0.37 * cell)
-        half_x, half_y, x, y = zone_extent(contact_edge(*fields, grid, UNIT))
+        half_x, half_y, x, y = contact_size(*fields, grid, UNIT).extent
         along, across = ((half_x, x), (half_y, y)) if axis == 0 else ((half_y, y), (half_x, x))
         assert along == pytest.approx((exact, 0.0), abs=5e-3 * cell)
         assert across == pytest.approx((0.05 * rows, 0.5))
@@ -69,8 +69,7 @@ def test_a_zone_that_does_not_exist():
     assert (slipping.stick_half_width_x, slipping.stick_half_width_y) == (0.0, 0.0)
     assert np.isnan([slipping.stick_center_x, slipping.stick_center_y]).all()
     grid, nothing = Grid(6, 5, 0.1, 0.1), np.zeros((6, 5))
-    assert contact_edge(nothing, nothing + 1.0, grid, MATERIAL) is None
-    assert np.array_equal(zone_extent(None), Extent(), equal_nan=True)
+    assert contact_size(nothing, nothing + 1.0, grid, MATERIAL) == ZoneSize()
 
 
 def test_mirrored_fields_have_mirrored_extents():
@@ -82,7 +81,7 @@ def test_mirrored_fields_have_mirrored_extents():
     assert (fields.zone == Zone.SLIP).any()
 
     def extent(arrays, grid):
-        return zone_extent(stick_edge(ZoneFields(*arrays), grid, MATERIAL, contact_edge(*arrays[:2], grid, MATERIAL)))
+        return zone_sizes(ZoneFields(*arrays), grid, MATERIAL)[1].extent
 
     half_x, half_y, x, y = extent(arrays, grid)
     mirrored = Grid(grid.nx, grid.ny, grid.dx, grid.dy, -grid.x0, grid.y0)

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.elastic.incremental_update import Workspace
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.workspace import Workspace
 from fretsolve.model.grid import Grid
 from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms

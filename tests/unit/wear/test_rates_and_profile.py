@@ -106,7 +106,7 @@ def test_a_compliant_layer_adds_to_the_diagonal():
     single = np.empty(SHAPE, np.float32)
     operator.inner.normal(pressure.astype(np.float32), single)
     np.testing.assert_allclose(single * operator.unit, uz, rtol=2e-5, atol=2e-6 * np.abs(uz).max())
-    assert (operator.unit, operator.dtype, operator.kernels) == (elastic.unit, elastic.dtype, elastic.kernels)
+    assert (operator.unit, operator.dtype, operator.team) == (elastic.unit, elastic.dtype, elastic.team)
 
 
 class TestProfile:

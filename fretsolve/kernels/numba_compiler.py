@@ -1,23 +1,44 @@
-"""Numba's cache of compiled kernels, with checksums: damaged code would crash, or give other numbers."""
+"""Compile loops by numba, and keep them on disk; count the time of that. Only where numba is used this is imported.
+
+Files of the cache have checksums: damaged code would crash, or give other numbers.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numba
+from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from fretsolve.errors import FileError
 from fretsolve.system.foreign_files import read_bytes
 
+if getattr(numba.config, "DISABLE_JIT", False):  # Python itself would run the loops over cells
+    raise ImportError("NUMBA_DISABLE_JIT is set")
+
 LARGEST_FILE = 2**26
 """Bytes; a kernel takes some 100 kB."""
 
 _DIGEST_SIZE = hashlib.sha256().digest_size
+
+
+def compiled_form(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Return what compiles a function at its first call, and keeps it on disk if there is a place for it."""
+    # C calls none, and Python none whose name begins with an underscore; each way in takes the compiler time.
+    options = options | {"no_cfunc_wrapper": True, "no_cpython_wrapper": function.__name__.startswith("_")}
+    compiled: Any = numba.njit(nogil=True, error_model="numpy", **options)(function)
+    with suppress(RuntimeError):  # neither the package's folder nor the user's cache can be written
+        try:
+            compiled._cache = KernelCache(function)
+        except (AttributeError, TypeError):  # another numba, whose cache has other parts: without checksums
+            compiled.enable_caching()
+    return compiled
 
 
 class KernelCache(FunctionCache):
@@ -73,3 +94,37 @@ def _is_whole(path: str) -> bool:
         content = read_bytes(Path(path), LARGEST_FILE)
         return hashlib.sha256(content[:-_DIGEST_SIZE]).digest() == content[-_DIGEST_SIZE:]
     return False
+
+
+def _clock(name: str) -> Callable[[], float]:
+    """Return a function that returns the wall-clock time (s) of one kind of the compiler's events in this process."""
+    listener = event.TimingListener()
+    event.register(name, listener)
+    return lambda: float(listener.duration) if listener.done else 0.0
+
+
+class _FirstCompilation(event.Listener):
+    """Calls `tell` when a kernel is compiled, once."""
+
+    tell: Callable[[], None] | None = None
+
+    def on_start(self, event: Any) -> None:
+        tell, self.tell = self.tell, None
+        if tell is not None:
+            tell()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+_first_compilation = _FirstCompilation()
+event.register("numba:compile", _first_compilation)
+
+
+def when_compiling(tell: Callable[[], None]) -> None:
+    """Call `tell` when the next kernel is compiled, which none is that is on disk."""
+    _first_compilation.tell = tell
+
+
+compile_seconds = _clock("numba:compile")
+readying_seconds = _clock("numba:compiler_lock")

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic import cache_block
-from fretsolve.elastic.mirrored import half_transform
-from fretsolve.elastic.mirrored.operator import MirroredOperator
+from fretsolve.elastic import fftw
+from fretsolve.elastic.mirrored_operator import MirroredOperator
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.kernels import load
@@ -35,15 +34,15 @@ def both(shape, terms=FULL, compiled=False, dtype=np.float64, threads=1):
 
 
 def displacements(elastic, pressure, shear):
-    """What each method computes: uz, tangential, sideways, upright, and uz and tangential of all."""
-    uz, upright, of_all = (np.empty_like(pressure) for _ in range(3))
-    found, sideways, along = (np.empty_like(shear) for _ in range(3))
+    """What each method computes: uz, tangential, by each from the other, and uz and tangential of all."""
+    uz, lifted, of_all = (np.empty_like(pressure) for _ in range(3))
+    found, moved, along = (np.empty_like(shear) for _ in range(3))
     elastic.normal(pressure, uz)
     elastic.tangential(shear, found)
-    elastic.tangential_from_pressure(pressure, sideways)
-    elastic.normal_from_shear(shear, upright)
+    elastic.tangential_from_pressure(pressure, moved)
+    elastic.normal_from_shear(shear, lifted)
     elastic.all(pressure, shear, of_all, along)
-    return uz, found, sideways, upright, of_all, along
+    return uz, found, moved, lifted, of_all, along
 
 
 @pytest.mark.parametrize("compiled", [False, True], ids=["numpy", "numba"])
@@ -61,9 +60,8 @@ def test_displacements_are_those_of_the_whole_grid(shape, compiled):
 
 @pytest.mark.parametrize("compiled", [False, True], ids=["numpy", "numba"])
 def test_blocks_of_lines_and_threads_change_no_bit(compiled, monkeypatch):
-    monkeypatch.setattr(cache_block, "CACHE_BYTES", 4096)
-    monkeypatch.setattr(half_transform, "MOST_PRODUCTS", 0)
-    monkeypatch.setattr("fretsolve.elastic.mirrored.convolution.MOST_PRODUCTS", 0)
+    monkeypatch.setattr(fftw, "CACHE_BYTES", 4096)
+    monkeypatch.setattr("fretsolve.elastic.mirrored_operator.MOST_PRODUCTS", 0)
     random, shape = np.random.default_rng(1), (21, 13)
     pressure, shear = random.normal(size=shape), random.normal(size=(2, *shape))
     whole, half = both(shape, compiled=compiled)
