@@ -2,6 +2,6 @@
 
 `error_bars` runs a case with them and adds up the errors of the cells, of the increments and of the iteration.
 `coarse_runs` solve the case on fewer points and with the increments of `coarse_counts`, and are compared with the run
-at `path_points`. `increment_factors` say how much of what other increments change the bars hold. The folder
-`least_errors` stands for what no coarse run shows, with `missed_motion` and `few_increments`, along the `shear_path`.
+at `path_points`. `floors` stand for what no coarse run shows of the `cells`, with `hidden_pressure` and `hidden_slip`,
+along the `shear_path`.
 """

@@ -20,9 +20,8 @@ from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages
 from fretsolve.simulation.error_bars.path_points import PathPoint, at_point, between_common_points, common_points
-from fretsolve.simulation.error_bars.quantity_estimates import TOTAL
 from fretsolve.simulation.simulation import increment_solver, states_of
-from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.system.arrays import DoubleArray
 
 LOOSER, LOOSEST = 30.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the applications, and shifts
@@ -34,8 +33,7 @@ MOST_RINGS = 2
 CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 """Which of `ESTIMATED` are corrected for the number of increments."""
 
-ALL = np.full(len(ESTIMATED), True)
-"""All of them."""
+TOTAL = ESTIMATED.index("work_total")
 
 FIRST_ORDER = 1.5
 """Order in the number n of increments with which the energy of the first stage converges, whose loads grow in
@@ -146,11 +144,6 @@ class CoarseRuns:
         self._directions = len(setup.grid.axes)
 
     @property
-    def tolerance(self) -> float:
-        """Tolerance of the coarse runs."""
-        return self.third.setup.case.solver.tolerance
-
-    @property
     def all(self) -> list[CoarseRun]:
         """The runs."""
         return [coarse for coarse in (self.third, self.other_increments, self.half) if coarse is not None]
@@ -188,20 +181,14 @@ class CoarseRuns:
 
     def third_at(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point on a third of the points, with as many increments as the run has."""
-        third = self.third.setup.load_path
-        found: DoubleArray = self.third.values_at(point) + self._errors(self._path, point) - self._errors(third, point)
+        # Radii and the largest pressure change by their edges' place in the cells rather than by the increments.
+        lacking = self._errors(self._path, point) - self._errors(self.third.setup.load_path, point)
+        found: DoubleArray = self.third.values_at(point) + np.where(CORRECTABLE, lacking, 0.0)
         return found
 
-    def change_by_increments(self, step: int, order: float = FIRST_ORDER) -> DoubleArray:
-        """Return what infinitely many increments would add to the values at `step`.
-
-        order: with which the energy of the first stage converges.
-        """
-        return -self._errors(self._path, self.point(step), ALL, order) if step >= 0 else np.zeros(len(ESTIMATED))
-
-    def magnified(self, step: int) -> float:
-        """Return by how much a difference of the runs on a third of the points is multiplied for that."""
-        return abs(self._part(self._path, self.point(step).stage)) if self.other_increments is not None else 0.0
+    def change_by_increments(self, step: int) -> DoubleArray:
+        """Return what infinitely many increments would add to the values at `step`."""
+        return -self._errors(self._path, self.point(step)) if step >= 0 else np.zeros(len(ESTIMATED))
 
     def half_less_third(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point on half of the points less those on a third, with as many increments.
@@ -227,31 +214,24 @@ class CoarseRuns:
             alike = other
         return self.half.values_at(point) - alike.values_at(point)
 
-    def _errors(
-        self, path: LoadPath, point: PathPoint, which: BoolArray = CORRECTABLE, order: float = FIRST_ORDER
-    ) -> DoubleArray:
-        """Return the errors of as many increments as `path` has.
-
-        which: of these values. The others are radii and the largest pressure, which change by their edges' place in the
-        cells rather than by the increments. order: that of the energy of the first stage.
-        """
+    def _errors(self, path: LoadPath, point: PathPoint) -> DoubleArray:
+        """Return the errors of as many increments as `path` has."""
         if self.other_increments is None:
             return np.zeros(len(ESTIMATED))
         # compare the two at increments of the one that has fewer, which the other one has too
         runs = self.other_increments.setup.load_path, self.third.setup.load_path
         fewer = min(runs, key=lambda run: run.counts[point.stage])
-        errors = between_common_points(partial(self._errors_at, path, order), self._path, fewer, point)
-        return np.where(which, errors, 0.0)
+        return between_common_points(partial(self._errors_at, path), self._path, fewer, point)
 
-    def _errors_at(self, path: LoadPath, order: float, point: PathPoint) -> DoubleArray:
+    def _errors_at(self, path: LoadPath, point: PathPoint) -> DoubleArray:
         """Return the errors at a point that the runs on a third of the points have in common.
 
-        They are of first order, but that of the energy of the first stage of another `order`.
+        They are of first order, but that of the energy of the first stage of its own.
         """
         errors: DoubleArray = self._other_less_third(point) * self._part(path, point.stage)
         if self._slips_in(0):
             first = self._other_less_third(PathPoint(0, 1.0) if point.stage else point)[TOTAL]
-            errors[TOTAL] += first * (self._part(path, 0, order) - self._part(path, point.stage))
+            errors[TOTAL] += first * (self._part(path, 0, FIRST_ORDER) - self._part(path, point.stage))
         return errors
 
     def _other_less_third(self, point: PathPoint) -> DoubleArray:

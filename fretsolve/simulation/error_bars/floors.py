@@ -1,0 +1,163 @@
+"""Least errors by the cells, for what no coarse run need show: errors that agree by chance on all grids.
+
+Sums of tractions have errors of second order in the side h of a cell over the contact radius a, and of first order
+where a body ends. The edges of zones have a part of a cell. Pressures and energies follow from what cells hide.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from fretsolve.case.history import EXTENTS, Summary
+from fretsolve.result.state import ESTIMATED, State, Zone
+from fretsolve.setup.closed_forms.area_forms import spence_ratio
+from fretsolve.simulation.error_bars.cells import Cells
+from fretsolve.simulation.error_bars.hidden_pressure import hidden_pressure
+from fretsolve.simulation.error_bars.hidden_slip import unseen_energy
+from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
+
+SUM, TORSION, MOMENT = 0.03, 0.2, 0.02
+"""Least relative errors over (h/a)^2 of forces, displacements and pressures, of a torque and its turn, which act by
+their arm near the edge, and of moments over P a or Q a with their tilts, which add up tractions of opposite effect."""
+
+CONTACT_EDGE, FEW_CELLS, STICK_EDGE, ROW = 0.01, 0.7, 0.15, 0.1
+"""Least errors over h of the contact radius, of one of few cells over (h/a)^2, of a stick radius, and of half-widths
+and middles, which depend on the last row of cells."""
+
+OUTLINE, OUTLINE_ROW = 0.1, 0.5
+"""Least errors over h of radii, and of half-widths and middles, where a body ends, whose outline all grids round to
+their cells. Loads, displacements and energies have the relative error of the radius, moments and turns with it."""
+
+UNSEEN_STICK = 1.2
+"""Radius over h of a round stick zone that may exist although no cell sticks."""
+
+AT_LIMIT = 3e-3
+"""Distance from the friction limit, over it, within which a cell that sticks may as well slip. A load that comes back
+to where a cycle has slipped before brings a whole ring of cells there."""
+
+TURNED = 0.03
+"""Least relative error of tangential values over `ShearPath.turned`: few increments and twice as many turn alike."""
+
+
+def floors(cells: Cells, state: State, largest: Mapping[str, float], path: ShearPath, in_annuli: float) -> DoubleArray:
+    """Return the least errors of `ESTIMATED`, in their order; that of a pressure at a sharp edge is infinite.
+
+    largest: largest absolute values so far; in_annuli: least error (mJ) of all energy by slip annuli.
+    """
+    summary, cells = state.summary, cells.reached_by(state)
+    # Where the contact has opened, the largest one counts: its errors are those that are left.
+    radius = summary.contact_radius or largest["contact_radius"]
+    if not radius:
+        return np.zeros(len(ESTIMATED))
+    ratio = min(cells.side / radius, 1.0)
+    rounded = cells.rounded(state)
+    outline = OUTLINE * rounded * ratio
+    found = {**_of_sums(cells, largest, path, radius, outline), **_of_zones(cells, state, path, rounded)}
+    found["max_pressure"] = SUM * ratio**2 * largest["max_pressure"] + hidden_pressure(cells, state)
+    unseen = unseen_energy(cells, state, largest["P"], radius, path)
+    last = path.last / path.length if path.length else 0.0
+    known = outline + (in_annuli / summary.work_total if summary.work_total else 0.0)
+    found["work_total"] = known * summary.work_total + unseen
+    found["work"] = known * summary.work + last * unseen
+    least = np.array([found[name] for name in ESTIMATED])
+    if cells.flattening and summary.max_pressure:  # bodies that touch at their peaks alone are unknown
+        heights = min(cells.flattening / summary.max_pressure, 1.0) ** 2
+        least += heights * np.array([abs(getattr(summary, name)) for name in ESTIMATED])
+    return least
+
+
+def _of_sums(
+    cells: Cells, largest: Mapping[str, float], path: ShearPath, radius: float, outline: float
+) -> dict[str, float]:
+    """Return the least errors of loads, displacements and turns.
+
+    radius: of the contact (mm); outline: relative error of that where a body ends.
+    """
+    ratio = min(cells.side / radius, 1.0)
+    part, twist, moment = outline + SUM * ratio**2, outline + TORSION * ratio**2, MOMENT * ratio**2
+    sheared = part + TURNED * path.turned
+    force, motion = (math.hypot(largest[f"{name}x"], largest[f"{name}y"]) for name in ("Q", "delta_"))
+    tilt = largest["delta_z"] / radius
+    if cells.model.line:  # whose approach has a free constant: that of a cylinder under the moment P a
+        tilt = 4.0 * largest["P"] / (math.pi * cells.model.compliances.contact_modulus * radius)
+    return {
+        "P": part * largest["P"],
+        "delta_z": part * largest["delta_z"],
+        **dict.fromkeys(("Qx", "Qy"), sheared * force),
+        **dict.fromkeys(("delta_x", "delta_y"), sheared * motion),
+        **{name: moment * largest["P"] * radius + outline * largest[name] for name in ("Mx", "My")},
+        **{name: moment * tilt + outline * largest[name] for name in ("phi_x", "phi_y")},
+        "Mz": twist * largest["Mz"] + moment * force * radius,
+        "phi_z": twist * largest["phi_z"] + moment * motion / radius,
+    }
+
+
+def _of_zones(cells: Cells, state: State, path: ShearPath, rounded: float) -> dict[str, float]:
+    """Return the least errors (mm) of the radii, half-widths and middles of the contact and of the stick zone.
+
+    rounded: how much of the errors where a body ends counts.
+    """
+    summary, side = state.summary, cells.side
+    body = OUTLINE * rounded
+    few = min(side / summary.contact_radius, 1.0) ** 2 if summary.contact_radius else 0.0
+    contact = (CONTACT_EDGE + FEW_CELLS * few + body) * side
+    stick, held_rows = _of_stick_radius(cells, state, path), 0.0
+    if summary.stick_cells > 0:
+        held, held_rows = _held_at_limit(cells, state) if path.moves_on else (0.0, 0.0)
+        stick = math.hypot(stick + body * side, contact) + held
+    row = (ROW + (OUTLINE_ROW - ROW) * rounded) * side
+    extents = {"contact": row, "stick": max(math.hypot(row, held_rows), stick)}
+    return {
+        "contact_radius": contact,
+        "stick_radius": stick,
+        **{name: extents[name.partition("_")[0]] for name in EXTENTS},
+    }
+
+
+def _of_stick_radius(cells: Cells, state: State, path: ShearPath) -> float:
+    """Return the least error (mm) of the stick radius by the place of its edge in the cells.
+
+    By Cattaneo and Mindlin the stick zone is the contact under the part of the load that the shear leaves. So a zone
+    that no cell shows, or an annulus around it, is known by the part of the friction limit that is left.
+    """
+    summary, side, model = state.summary, cells.side, cells.model
+    if not (model.may_slip and model.friction):
+        return 0.0
+    share: float = path.left ** (1.0 / 2.0 if model.line else 1.0 / 3.0)
+    if summary.stick_cells == 0:
+        return min(UNSEEN_STICK * math.sqrt(_slenderness(summary)) * side, share * summary.contact_radius)
+    if summary.stick_cells == summary.contact_cells:
+        return min((1.0 - min(share, spence_ratio(model))) * summary.contact_radius, side)
+    return STICK_EDGE * side
+
+
+def _held_at_limit(cells: Cells, state: State) -> tuple[float, float]:
+    """Return what cells that stick next to the friction limit add to the stick radius and its half-widths (mm).
+
+    0 where friction varies, whose limit is not asked for here.
+    """
+    sticks = state.fields.zone == Zone.STICK
+    if not (cells.uniform and sticks.any()):
+        return 0.0, 0.0
+    limit = (1.0 - AT_LIMIT) * cells.model.friction * state.fields.pressure
+    surely = sticks & (vector_lengths(state.fields.shear) < limit)
+    part = float(np.count_nonzero(surely) / np.count_nonzero(sticks))
+    left = part if cells.model.line else math.sqrt(part)
+    rows = max(_span(sticks.any(axis)) - _span(surely.any(axis)) for axis in (0, 1))
+    return (1.0 - left) * state.summary.stick_radius, 0.5 * rows * cells.side
+
+
+def _span(rows: BoolArray) -> int:
+    """Return how many rows there are from the first true one to the last."""
+    places = np.flatnonzero(rows)
+    return int(places[-1] - places[0]) + 1 if places.size else 0
+
+
+def _slenderness(summary: Summary) -> float:
+    """Return the longer over the shorter half-width of the contact."""
+    widths = summary.contact_half_width_x, summary.contact_half_width_y
+    return max(widths) / min(widths) if min(widths) > 0.0 else 1.0
