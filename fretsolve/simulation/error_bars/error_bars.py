@@ -1,11 +1,10 @@
 """Error bars: estimates of how far a run's values lie from those of the continuum, and values corrected for increments.
 
-A bar is the root of the squares of four errors. That of the cells is what coarse runs on half and on a third of the
-points per side show, by Richardson's extrapolation of first order, and a least value for what all grids hide
-(`floors`). That of the increments is what other increments change on the coarsest grid: it is added to the run's
-values, which gives the corrected ones, and the bars hold it with a factor. The energy, all of whose parts are positive,
-shows slip that other values hide by chance (LINKED). The error of the iteration is the certificate's worst residual.
-``benchmarks/calibrate_error_bars.py`` tells how many bars hold; docs/error_bars.md has the rules and the outcome.
+A bar is the root of the squares of four errors: of the cells, as coarse runs on half and on a third of the points per
+side show it by Richardson's extrapolation of first order; a least one for what all grids hide (`floors`); of the
+increments, as other ones change the values on the coarsest grid; of the iteration, by the certificate. The change by
+the increments is added to the run's values, which gives the corrected ones. docs/error_bars.md has the outcome of
+``benchmarks/calibrate_error_bars.py``.
 """
 
 from __future__ import annotations
@@ -25,11 +24,10 @@ from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.cells import Cells
 from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
-from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, CoarseRuns, values_of
+from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, TOTAL, CoarseRuns, at_point, values_of
 from fretsolve.simulation.error_bars.floors import floors
-from fretsolve.simulation.error_bars.hidden_slip import hidden_in_annulus
-from fretsolve.simulation.error_bars.path_points import at_point
-from fretsolve.simulation.error_bars.shear_path import TORQUE_ARM, ShearPath
+from fretsolve.simulation.error_bars.hidden import hidden_in_annulus
+from fretsolve.simulation.error_bars.shear_path import ShearPath, torque_arm
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -43,7 +41,7 @@ LINKED = 0.2
 SLIDING = 0.01
 """Part of the friction limit that is left, up to which loads cannot err by more than that."""
 
-STICK, WORK, TOTAL = map(ESTIMATED.index, ("stick_radius", "work", "work_total"))
+STICK, WORK = map(ESTIMATED.index, ("stick_radius", "work"))
 SHEAR_LOADS = [ESTIMATED.index(name) for name in ("Qx", "Qy", "Mz")]
 MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 REMEMBERED = MOVED | np.isin(ESTIMATED, ("Mx", "My", "work_total"))
@@ -73,24 +71,20 @@ def run_with_error_bars(
     If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
     Raises NoSolutionError if the run itself has none, and CaseError on too few points for coarse runs.
     """
-    setup = case if isinstance(case, ProblemSetup) else set_up(_with_room(case))
+    if not isinstance(case, ProblemSetup) and not case.solver.error_bars:  # an automatic area leaves room for them
+        case = case.model_copy(update={"solver": case.solver.model_copy(update={"error_bars": True})})
+    setup = case if isinstance(case, ProblemSetup) else set_up(case)
     few = too_few_points(setup.grid.shape[: len(setup.grid.axes)])
     if few is not None:
         raise CaseError(few, ("grid", "points"))
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
         errors = bars.of(state)
-        failure = bars.failure
+        failure = bars.runs.failure()
         if failure is not None and warn is not None:
             warn(f"no error bars from increment {state.summary.step} on: {failure}")
             warn = None
         yield replace(state, errors=errors)
-
-
-def _with_room(case: Case) -> Case:
-    """Return a case that asks for error bars, whose automatic area leaves room for the coarse runs."""
-    solver = case.solver.model_copy(update={"error_bars": True})
-    return case if case.solver.error_bars else case.model_copy(update={"solver": solver})
 
 
 def fewest_increments(setup: ProblemSetup) -> list[int]:
@@ -102,11 +96,11 @@ def fewest_increments(setup: ProblemSetup) -> list[int]:
 
 
 class ErrorBars:
-    """The error bars of a problem, summary after summary. history: the summaries so far."""
+    """The error bars of a problem, summary after summary. history: the summaries so far; runs: the coarse ones."""
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
-        self._setup, self._runs, self._cells = setup, CoarseRuns(setup, threads), Cells.of(setup)
-        self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
+        self._setup, self.runs, self._cells = setup, CoarseRuns(setup, threads), Cells.of(setup)
+        self._finer = tuple(self.runs.refinement(coarse) for coarse in (self.runs.half, self.runs.third))
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._in_annuli = np.zeros(len(ESTIMATED)), ShearPath(), 0.0
         self._remembered, self._corrected_totals = np.zeros(len(ESTIMATED)), [0.0]
@@ -120,16 +114,11 @@ class ErrorBars:
             for end in (end for end in self._path.last_steps if end <= history[-1].step):
                 self._remember(self._change_by_increments(end))
             self._change_by_increments(history[-1].step)
-            self._runs.half_less_third(self._runs.point(history[-1].step))
-
-    @property
-    def failure(self) -> str | None:
-        """Reason why a coarse run stopped, in one line; None if none did."""
-        return self._runs.failure()
+            self.runs.half_less_third(self.runs.point(history[-1].step))
 
     def of(self, state: State) -> SummaryErrors:
         """Return the error bars of the state that follows the summaries so far."""
-        summary, cost_before = state.summary, self._runs.cost()
+        summary, cost_before = state.summary, self.runs.cost()
         self._add(summary)
         values, imposed = values_of(summary), self._imposed(summary.step)
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
@@ -143,7 +132,7 @@ class ErrorBars:
         held *= 1.0 + 1.0 / self._fewest[summary.stage - 1]
         parts = np.array([self._by_cells(summary.step), least, self._linked(change), held])
         if self._shear_path.left <= SLIDING or not summary.P:  # then the loads are those of the friction limit
-            left = self._left_to_limit(summary)
+            left = self._shear_path.left * self._carried(summary) * np.array([1.0, 1.0, torque_arm(summary)])
             parts[:, SHEAR_LOADS] = np.minimum(parts[:, SHEAR_LOADS], left)
             change[SHEAR_LOADS] = np.clip(change[SHEAR_LOADS], -left, left)
         parts[:, imposed] = 0.0
@@ -157,7 +146,7 @@ class ErrorBars:
             *errors.tolist(),
             *(values + change)[CORRECTABLE].tolist(),
             *corrected[CORRECTABLE].tolist(),
-            *(self._runs.cost() - cost_before).tolist(),
+            *(self.runs.cost() - cost_before).tolist(),
         )
 
     def _add(self, summary: Summary) -> None:
@@ -172,15 +161,10 @@ class ErrorBars:
         limit, shear_limit = self._frictions[summary.stage - 1] * summary.P, self._setup.case.friction.shear_limit
         return limit if shear_limit is None else min(limit, shear_limit * summary.contact_area)
 
-    def _left_to_limit(self, summary: Summary) -> DoubleArray:
-        """Return how far Qx, Qy (N) and Mz (N mm) are from the friction limit, (3,), as `ShearPath` adds them up."""
-        force = self._shear_path.left * self._carried(summary)
-        return force * np.array([1.0, 1.0, summary.contact_radius / TORQUE_ARM])
-
     def _follow(self, path: LoadPath) -> None:
         """Let the coarse runs leave out the cycles that the run leaves out."""
         if path is not self._path:
-            self._runs.leave_out({stage.number for stage in set(self._path.stages) - set(path.stages)})
+            self.runs.leave_out({stage.number for stage in set(self._path.stages) - set(path.stages)})
             self._path = path
 
     def _imposed(self, step: int) -> BoolArray:
@@ -211,12 +195,12 @@ class ErrorBars:
         """
         half, third = self._finer
         over = (third - 1.0) / (third - half) if third > half else 0.0
-        here = self._runs.point(step)
-        known = self._runs.last_known(step) if over else here
-        from_third = at_point(self._run_values, self._path, known) - self._runs.third_at(known)
-        half_less_third = self._runs.half_less_third(here)
+        here = self.runs.point(step)
+        known = self.runs.last_known(step) if over else here
+        from_third = at_point(self._run_values, self._path, known) - self.runs.third_at(known)
+        half_less_third = self.runs.half_less_third(here)
         if known != here:
-            from_third += over * (half_less_third - self._runs.half_less_third(known))
+            from_third += over * (half_less_third - self.runs.half_less_third(known))
         return from_third - half_less_third, from_third
 
     def _run_values(self, step: int) -> DoubleArray:
@@ -225,7 +209,7 @@ class ErrorBars:
 
     def _change_by_increments(self, step: int) -> DoubleArray:
         """Return what infinitely many increments would add to the values."""
-        change = self._runs.change_by_increments(step)
+        change = self.runs.change_by_increments(step)
         change[TOTAL], before = (self._change_of_total(one) for one in (step, step - 1))
         change[WORK] = change[TOTAL] - before
         return change
@@ -244,7 +228,7 @@ class ErrorBars:
             return 0.0
         known = self._corrected_totals
         for at in range(len(known) - 1, step + 1):
-            total = self._summaries[at].work_total + float(self._runs.change_by_increments(at)[TOTAL])
+            total = self._summaries[at].work_total + float(self.runs.change_by_increments(at)[TOTAL])
             known.append(max(total, known[-1]))
         return known[step + 1] - self._summaries[step].work_total
 
@@ -256,12 +240,6 @@ class ErrorBars:
         found: DoubleArray = LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * scales
         return found
 
-    def _mismatch(self, summary: Summary) -> float:
-        """Return the largest strain by which bulk stress stretches one body more than the other."""
-        bulk = self._setup.model.bulk
-        stresses = {name: getattr(summary, name) for name in (*BULK[1], *BULK[2])}
-        return 0.0 if bulk is None else float(np.abs(bulk.mismatch(stresses)).max())
-
     def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
         half, limit = 0.5 * max(self._setup.grid.size), self._carried(summary)
@@ -269,7 +247,10 @@ class ErrorBars:
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         if self._setup.model.line:  # whose displacements have a free constant
             normal = tangential = self._setup.model.compliances.A * summary.P
-        tangential = max(tangential, self._mismatch(summary) * summary.contact_radius)
+        if self._setup.model.bulk is not None:  # which stretches one body more than the other
+            stresses = {name: getattr(summary, name) for name in (*BULK[1], *BULK[2])}
+            strain = float(np.abs(self._setup.model.bulk.mismatch(stresses)).max())
+            tangential = max(tangential, strain * summary.contact_radius)
         scales = {name: abs(getattr(summary, name)) for name in ESTIMATED}
         scales |= dict.fromkeys(EXTENTS, summary.contact_radius)
         scales |= {"P": summary.P, "Mx": half * summary.P, "My": half * summary.P}

@@ -1,7 +1,7 @@
 """Least errors by the cells, for what no coarse run need show: errors that agree by chance on all grids.
 
-Sums of tractions have errors of second order in the side h of a cell over the contact radius a, and of first order
-where a body ends. The edges of zones have a part of a cell. Pressures and energies follow from what cells hide.
+Sums of tractions have errors of second order in the side h of a cell over the contact radius a, of first order where a
+body ends. The edges of zones have a part of a cell. Pressures and energies follow from what cells hide.
 """
 
 from __future__ import annotations
@@ -11,14 +11,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fretsolve.case.history import EXTENTS, Summary
+from fretsolve.case.history import EXTENTS
 from fretsolve.result.state import ESTIMATED, State, Zone
 from fretsolve.setup.closed_forms.area_forms import spence_ratio
 from fretsolve.simulation.error_bars.cells import Cells
-from fretsolve.simulation.error_bars.hidden_pressure import hidden_pressure
-from fretsolve.simulation.error_bars.hidden_slip import unseen_energy
+from fretsolve.simulation.error_bars.hidden import hidden_pressure, unseen_energy
 from fretsolve.simulation.error_bars.shear_path import ShearPath
-from fretsolve.system.arrays import BoolArray, DoubleArray, vector_lengths
+from fretsolve.system.arrays import DoubleArray, vector_lengths
 
 SUM, TORSION, MOMENT = 0.03, 0.2, 0.02
 """Least relative errors over (h/a)^2 of forces, displacements and pressures, of a torque and its turn, which act by
@@ -59,7 +58,7 @@ def floors(cells: Cells, state: State, largest: Mapping[str, float], path: Shear
     found = {**_of_sums(cells, largest, path, radius, outline), **_of_zones(cells, state, path, rounded)}
     found["max_pressure"] = SUM * ratio**2 * largest["max_pressure"] + hidden_pressure(cells, state)
     unseen = unseen_energy(cells, state, largest["P"], radius, path)
-    last = path.last / path.length if path.length else 0.0
+    last = math.hypot(*path.way) / path.length if path.length else 0.0
     known = outline + (in_annuli / summary.work_total if summary.work_total else 0.0)
     found["work_total"] = known * summary.work_total + unseen
     found["work"] = known * summary.work + last * unseen
@@ -105,12 +104,12 @@ def _of_zones(cells: Cells, state: State, path: ShearPath, rounded: float) -> di
     body = OUTLINE * rounded
     few = min(side / summary.contact_radius, 1.0) ** 2 if summary.contact_radius else 0.0
     contact = (CONTACT_EDGE + FEW_CELLS * few + body) * side
-    stick, held_rows = _of_stick_radius(cells, state, path), 0.0
+    stick = _of_stick_radius(cells, state, path)
     if summary.stick_cells > 0:
-        held, held_rows = _held_at_limit(cells, state) if path.moves_on else (0.0, 0.0)
-        stick = math.hypot(stick + body * side, contact) + held
+        stick = math.hypot(stick + body * side, contact)
+        stick += _held_at_limit(cells, state) if path.moves_on else 0.0
     row = (ROW + (OUTLINE_ROW - ROW) * rounded) * side
-    extents = {"contact": row, "stick": max(math.hypot(row, held_rows), stick)}
+    extents = {"contact": row, "stick": max(row, stick)}
     return {
         "contact_radius": contact,
         "stick_radius": stick,
@@ -129,35 +128,20 @@ def _of_stick_radius(cells: Cells, state: State, path: ShearPath) -> float:
         return 0.0
     share: float = path.left ** (1.0 / 2.0 if model.line else 1.0 / 3.0)
     if summary.stick_cells == 0:
-        return min(UNSEEN_STICK * math.sqrt(_slenderness(summary)) * side, share * summary.contact_radius)
+        widths = sorted((summary.contact_half_width_x, summary.contact_half_width_y))
+        slender = 1.0 if model.line or not widths[0] else widths[1] / widths[0]
+        return min(UNSEEN_STICK * math.sqrt(slender) * side, share * summary.contact_radius)
     if summary.stick_cells == summary.contact_cells:
         return min((1.0 - min(share, spence_ratio(model))) * summary.contact_radius, side)
     return STICK_EDGE * side
 
 
-def _held_at_limit(cells: Cells, state: State) -> tuple[float, float]:
-    """Return what cells that stick next to the friction limit add to the stick radius and its half-widths (mm).
-
-    0 where friction varies, whose limit is not asked for here.
-    """
+def _held_at_limit(cells: Cells, state: State) -> float:
+    """Return what cells that stick next to the friction limit add to the stick radius (mm), 0 where friction varies."""
     sticks = state.fields.zone == Zone.STICK
     if not (cells.uniform and sticks.any()):
-        return 0.0, 0.0
+        return 0.0
     limit = (1.0 - AT_LIMIT) * cells.model.friction * state.fields.pressure
     surely = sticks & (vector_lengths(state.fields.shear) < limit)
     part = float(np.count_nonzero(surely) / np.count_nonzero(sticks))
-    left = part if cells.model.line else math.sqrt(part)
-    rows = max(_span(sticks.any(axis)) - _span(surely.any(axis)) for axis in (0, 1))
-    return (1.0 - left) * state.summary.stick_radius, 0.5 * rows * cells.side
-
-
-def _span(rows: BoolArray) -> int:
-    """Return how many rows there are from the first true one to the last."""
-    places = np.flatnonzero(rows)
-    return int(places[-1] - places[0]) + 1 if places.size else 0
-
-
-def _slenderness(summary: Summary) -> float:
-    """Return the longer over the shorter half-width of the contact."""
-    widths = summary.contact_half_width_x, summary.contact_half_width_y
-    return max(widths) / min(widths) if min(widths) > 0.0 else 1.0
+    return (1.0 - (part if cells.model.line else math.sqrt(part))) * state.summary.stick_radius

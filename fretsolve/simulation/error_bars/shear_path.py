@@ -34,7 +34,7 @@ class ShearPath:
         """Return the path after an increment; carried: the force (N) that friction carries; count: of its stage."""
         if carried <= 0.0:
             return ShearPath((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.largest, self.length, self.turned)
-        arm = summary.contact_radius / TORQUE_ARM
+        arm = torque_arm(summary)
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (arm * carried) if arm else 0.0
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
         share, length = math.hypot(*at), math.hypot(*way)
@@ -45,11 +45,6 @@ class ShearPath:
         return ShearPath(at, way, max(self.largest, min(share, 1.0)), self.length + length, turned)
 
     @property
-    def last(self) -> float:
-        """The length of the way in the last increment."""
-        return math.hypot(*self.way)
-
-    @property
     def left(self) -> float:
         """The part of the friction limit that is left, 0 where the bodies slide."""
         return max(1.0 - math.hypot(*self.at), 0.0)
@@ -58,3 +53,8 @@ class ShearPath:
     def moves_on(self) -> bool:
         """Whether the last increment moved the shear farther from 0."""
         return sum(a * b for a, b in zip(self.at, self.way, strict=True)) > 0.0
+
+
+def torque_arm(summary: Summary) -> float:
+    """Return the arm (mm) by which a torque counts like a force."""
+    return summary.contact_radius / TORQUE_ARM
