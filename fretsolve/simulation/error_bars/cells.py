@@ -13,8 +13,7 @@ from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import ProblemSetup
 
 ROUNDED_CELLS = 2.0
-"""Cells over which the rounding at a body's end is in contact, up to which all grids round its outline to their cells.
-"""
+"""Cells over which a rounding is in contact, up to which all grids round the body's outline to their cells."""
 
 
 @dataclass(frozen=True)

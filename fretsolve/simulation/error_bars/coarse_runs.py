@@ -1,7 +1,4 @@
-"""Coarse runs: a case on half or a third of the points per side, also with other numbers of increments.
-
-They advance with the run whose errors they show, so that it can be stopped after each increment.
-"""
+"""Coarse runs: a case on half or a third of the points per side, also with other increments, beside the run itself."""
 
 from __future__ import annotations
 

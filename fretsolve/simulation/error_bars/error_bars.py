@@ -31,12 +31,16 @@ from fretsolve.simulation.error_bars.shear_path import ShearPath, torque_arm
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-INCREMENTS, INCREMENTS_CORRECTED = 2.0, 1.2
-"""Factors on the error of the increments that coarse runs show, as run and corrected, and of one increment twice that.
-One of first order would take 1 as run, and next to nothing is left of it in corrected values."""
+INCREMENTS, LEFT = 2.0, 0.5
+"""Factor on the error of the increments that coarse runs show, of one increment twice that, and the part of all errors
+by the increments that is left in corrected values: one of first order would take 1, and leave next to nothing."""
 
-LINKED = 0.2
+LINKED = 0.1
 """Least relative error of tangential values and of the stick radius over that of the energy by the increments."""
+
+PRESSED = 0.3
+"""Least relative error of the energy of dissimilar bodies over k^(-3/2) with the fewest increments k of a stage so far:
+they slip as they are pressed, and few increments and twice as many hide alike what that leaves in the surfaces."""
 
 SLIDING = 0.01
 """Part of the friction limit that is left, up to which loads cannot err by more than that."""
@@ -89,9 +93,7 @@ def run_with_error_bars(
 
 def fewest_increments(setup: ProblemSetup) -> list[int]:
     """Return up to each stage the fewest increments of one in which something may slip, those of the stage if none."""
-    slips = slipping_stages(setup)  # once one does, all later ones do
-    first = slips.index(True) if any(slips) else 0
-    counts = setup.load_path.counts
+    counts, first = setup.load_path.counts, slipping_stages(setup).count(False)  # once one does, all later ones do
     return [*counts[:first], *accumulate(counts[first:], min)]
 
 
@@ -129,7 +131,7 @@ class ErrorBars:
         held = np.maximum(np.abs(change), self._remembered if summary.P else 0.0)
         if summary.step in self._path.last_steps:
             self._remember(change)
-        held *= 1.0 + 1.0 / self._fewest[summary.stage - 1]
+        held *= INCREMENTS * (1.0 + 1.0 / self._fewest[summary.stage - 1])
         parts = np.array([self._by_cells(summary.step), least, self._linked(change), held])
         if self._shear_path.left <= SLIDING or not summary.P:  # then the loads are those of the friction limit
             left = self._shear_path.left * self._carried(summary) * np.array([1.0, 1.0, torque_arm(summary)])
@@ -138,8 +140,7 @@ class ErrorBars:
         parts[:, imposed] = 0.0
         change[imposed] = 0.0
         errors, corrected = (
-            np.hypot(np.linalg.norm([*parts[:3], factor * parts[3]], axis=0), iteration)
-            for factor in (INCREMENTS, INCREMENTS_CORRECTED)
+            np.hypot(np.linalg.norm([*parts[:2], *(left * parts[2:])], axis=0), iteration) for left in (1.0, LEFT)
         )
         self._follow(self._path.after(self._summaries))
         return SummaryErrors(
@@ -233,11 +234,14 @@ class ErrorBars:
         return known[step + 1] - self._summaries[step].work_total
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
-        """Return the least errors by the increments that their change of the dissipated energy lets expect."""
-        total = float(self._largest[TOTAL])
+        """Return the least errors by the increments: of the energy, and of what its change lets expect."""
+        summary, total = self._summaries[-1], float(self._largest[TOTAL])
+        few = PRESSED / self._fewest[summary.stage - 1] ** 1.5 if self._setup.model.coupled else 0.0
+        shown = min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0
         scales = np.where(MOVED, self._largest, 0.0)
-        scales[STICK] = self._summaries[-1].contact_radius
-        found: DoubleArray = LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * scales
+        scales[STICK] = summary.contact_radius
+        found: DoubleArray = LINKED * math.hypot(shown, few) * scales
+        found[[TOTAL, WORK]] = few * summary.work_total, few * summary.work
         return found
 
     def _scales(self, summary: Summary) -> DoubleArray:

@@ -1,8 +1,4 @@
-"""Least errors by the cells, for what no coarse run need show: errors that agree by chance on all grids.
-
-Sums of tractions have errors of second order in the side h of a cell over the contact radius a, of first order where a
-body ends. The edges of zones have a part of a cell. Pressures and energies follow from what cells hide.
-"""
+"""Least errors by the cells, of side h, for what no coarse run need show: errors that agree by chance on all grids."""
 
 from __future__ import annotations
 
@@ -19,7 +15,7 @@ from fretsolve.simulation.error_bars.hidden import hidden_pressure, unseen_energ
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 from fretsolve.system.arrays import DoubleArray, vector_lengths
 
-SUM, TORSION, MOMENT = 0.03, 0.2, 0.02
+SUM, TORSION, MOMENT = 0.02, 0.2, 0.02
 """Least relative errors over (h/a)^2 of forces, displacements and pressures, of a torque and its turn, which act by
 their arm near the edge, and of moments over P a or Q a with their tilts, which add up tractions of opposite effect."""
 
@@ -30,6 +26,10 @@ and middles, which depend on the last row of cells."""
 OUTLINE, OUTLINE_ROW = 0.1, 0.5
 """Least errors over h of radii, and of half-widths and middles, where a body ends, whose outline all grids round to
 their cells. Loads, displacements and energies have the relative error of the radius, moments and turns with it."""
+
+THIN = 0.1
+"""Least relative error over h/a of forces and displacements, three times that of torques and turns, where an annulus of
+no width slips: the shear traction rises towards an edge that cells place to a part of one. It falls with the width."""
 
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
@@ -55,7 +55,9 @@ def floors(cells: Cells, state: State, largest: Mapping[str, float], path: Shear
     ratio = min(cells.side / radius, 1.0)
     rounded = cells.rounded(state)
     outline = OUTLINE * rounded * ratio
-    found = {**_of_sums(cells, largest, path, radius, outline), **_of_zones(cells, state, path, rounded)}
+    thin = THIN * ratio / (1.0 + (2.0 * (radius - summary.stick_radius) / cells.side) ** 3)
+    sums = _of_sums(cells, largest, path, (radius, outline, thin if path.length else 0.0))
+    found = {**sums, **_of_zones(cells, state, path, rounded)}
     found["max_pressure"] = SUM * ratio**2 * largest["max_pressure"] + hidden_pressure(cells, state)
     unseen = unseen_energy(cells, state, largest["P"], radius, path)
     last = math.hypot(*path.way) / path.length if path.length else 0.0
@@ -70,15 +72,17 @@ def floors(cells: Cells, state: State, largest: Mapping[str, float], path: Shear
 
 
 def _of_sums(
-    cells: Cells, largest: Mapping[str, float], path: ShearPath, radius: float, outline: float
+    cells: Cells, largest: Mapping[str, float], path: ShearPath, edge: tuple[float, float, float]
 ) -> dict[str, float]:
     """Return the least errors of loads, displacements and turns.
 
-    radius: of the contact (mm); outline: relative error of that where a body ends.
+    edge: radius of the contact (mm), its relative error where a body ends, and that of a thin annulus.
     """
+    radius, outline, thin = edge
     ratio = min(cells.side / radius, 1.0)
-    part, twist, moment = outline + SUM * ratio**2, outline + TORSION * ratio**2, MOMENT * ratio**2
-    sheared = part + TURNED * path.turned
+    part, twist = outline + SUM * ratio**2, outline + TORSION * ratio**2 + 3.0 * thin
+    sheared = part + TURNED * path.turned + thin
+    moment = MOMENT * ratio ** (1.5 if cells.model.line else 2.0)  # which is averaged around a contact on an area
     force, motion = (math.hypot(largest[f"{name}x"], largest[f"{name}y"]) for name in ("Q", "delta_"))
     tilt = largest["delta_z"] / radius
     if cells.model.line:  # whose approach has a free constant: that of a cylinder under the moment P a
@@ -96,10 +100,7 @@ def _of_sums(
 
 
 def _of_zones(cells: Cells, state: State, path: ShearPath, rounded: float) -> dict[str, float]:
-    """Return the least errors (mm) of the radii, half-widths and middles of the contact and of the stick zone.
-
-    rounded: how much of the errors where a body ends counts.
-    """
+    """Return the least errors (mm) of the zones; rounded: how much of the errors where a body ends counts."""
     summary, side = state.summary, cells.side
     body = OUTLINE * rounded
     few = min(side / summary.contact_radius, 1.0) ** 2 if summary.contact_radius else 0.0
@@ -126,13 +127,14 @@ def _of_stick_radius(cells: Cells, state: State, path: ShearPath) -> float:
     summary, side, model = state.summary, cells.side, cells.model
     if not (model.may_slip and model.friction):
         return 0.0
-    share: float = path.left ** (1.0 / 2.0 if model.line else 1.0 / 3.0)
+    order = 1.0 / 2.0 if model.line else 1.0 / 3.0
     if summary.stick_cells == 0:
         widths = sorted((summary.contact_half_width_x, summary.contact_half_width_y))
         slender = 1.0 if model.line or not widths[0] else widths[1] / widths[0]
-        return min(UNSEEN_STICK * math.sqrt(slender) * side, share * summary.contact_radius)
+        return min(UNSEEN_STICK * math.sqrt(slender) * side, math.pow(path.left, order) * summary.contact_radius)
     if summary.stick_cells == summary.contact_cells:
-        return min((1.0 - min(share, spence_ratio(model))) * summary.contact_radius, side)
+        share = min(math.pow(1.0 - path.largest, order), spence_ratio(model))
+        return min((1.0 - share) * summary.contact_radius, side)
     return STICK_EDGE * side
 
 

@@ -21,12 +21,12 @@ SLIP_MEETS = 1.3
 """By how much slip towards a stick zone that no cell sees raises the largest pressure at most, over mu beta p (1 +
 ln(h/c)) with the radius c of that zone: it was up to 1.2 times that without the logarithm."""
 
-ANNULUS = 0.25
+ANNULUS = 0.1
 """Least relative error of what an increment dissipates over (h/w)^(3/2) (h/a)^(1/2) with the width w of the slip
 annulus, a cell at least: its edge may lie anywhere in the cells, which is averaged around the contact, so that line
 contacts lack the second factor."""
 
-UNSEEN = 0.45
+UNSEEN = 0.5
 """Energy that slip within a cell of the edge dissipates on the way to gross slip, over (mu P)^2/(E* a) (h/a)^3: by
 Mindlin 0.46 of a sphere and by Cattaneo 0.42 of a cylinder, per length, whose annulus is a cell wide."""
 
@@ -47,8 +47,7 @@ def hidden_pressure(cells: Cells, state: State) -> float:
 def _where_slip_meets(cells: Cells, summary: Summary) -> float:
     """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.
 
-    The shear traction mu p turns round there, which between unlike bodies raises p with the logarithm of the
-    distance, down to the stick zone (radius c by Spence): by mu beta p ln(h/c) within a cell, and somewhat outside.
+    The shear traction mu p turns round there, which between unlike bodies raises p with the logarithm of the distance.
     """
     stick = spence_ratio(cells.model) * summary.contact_radius
     if not (cells.mismatch and stick):
@@ -69,15 +68,16 @@ def unseen_energy(cells: Cells, state: State, load: float, radius: float, path: 
     """Return the energy (mJ) that no cell shows, up to now; load: largest P (N); radius: of the contact (mm).
 
     An annulus that is narrower than a cell dissipates with the third power of its width, which is a third of a sphere's
-    radius times the part of the friction limit to which it is sheared. Pressing unlike bodies slips once. Roundings
-    that fit into a cell have more.
+    radius, half of a cylinder's, times the part of the friction limit to which it is sheared. Pressing unlike bodies
+    slips once. Roundings that fit into a cell have more.
     """
     share, ways = (1.0, max(path.length, 1.0)) if cells.mismatch else (path.largest, path.length)
     if not (radius and share):
         return 0.0
     friction, modulus = cells.model.friction, cells.model.compliances.contact_modulus
     length = 1.0 if cells.model.line else radius  # energies of a line contact are per length
-    annulus = UNSEEN * math.pow(min(cells.side / radius, share / 3.0), 3) * (friction * load) ** 2 / (modulus * length)
+    width = min(cells.side / radius, share / (2.0 if cells.model.line else 3.0))
+    annulus = UNSEEN * math.pow(width, 3) * (friction * load) ** 2 / (modulus * length)
     annulus *= _cells_share(cells, state.summary)
     edges = sum(edge.hidden_energy(state.fields.pressure, cells.side, modulus, friction) for edge in cells.edges)
     return (annulus / share + share**2 * edges) * ways

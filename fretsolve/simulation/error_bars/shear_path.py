@@ -33,12 +33,11 @@ class ShearPath:
     def after(self, summary: Summary, carried: float, count: int) -> ShearPath:
         """Return the path after an increment; carried: the force (N) that friction carries; count: of its stage."""
         if carried <= 0.0:
-            return ShearPath((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), self.largest, self.length, self.turned)
+            return ShearPath(largest=self.largest, length=self.length, turned=self.turned)
         arm = torque_arm(summary)
         at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (arm * carried) if arm else 0.0
         way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
-        share, length = math.hypot(*at), math.hypot(*way)
-        before = math.hypot(*self.at)
+        share, length, before = math.hypot(*at), math.hypot(*way), math.hypot(*self.at)
         along = sum(a * b for a, b in zip(way, self.at, strict=True)) / before if before else length
         across = math.sqrt(max(length**2 - along**2, 0.0))
         turned = self.turned + across / (count + TURNS_SEEN)
@@ -51,8 +50,8 @@ class ShearPath:
 
     @property
     def moves_on(self) -> bool:
-        """Whether the last increment moved the shear farther from 0."""
-        return sum(a * b for a, b in zip(self.at, self.way, strict=True)) > 0.0
+        """Whether the last increment moved the shear farther from 0, by more than round-off."""
+        return sum(a * b for a, b in zip(self.at, self.way, strict=True)) > 1e-5
 
 
 def torque_arm(summary: Summary) -> float:
