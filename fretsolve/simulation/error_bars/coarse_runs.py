@@ -97,8 +97,11 @@ class CoarseRun:
     def _from_start(self) -> Iterator[State]:
         """Yield the states from the first increment on."""
         setup, threads = self.setup, self._threads
-        solver = partial(increment_solver, setup, setup.separation(), threads, to_map_end=True)
-        return states_of(setup, measured=lambda step: True, solver=solver)
+        return states_of(
+            setup,
+            measured=lambda step: True,
+            solver=lambda: increment_solver(setup, setup.separation(), threads, to_map_end=True),
+        )
 
     def _widen(self) -> bool:
         """Start again with one more ring of cells around the area, and return whether that may help.

@@ -105,7 +105,7 @@ class ErrorBars:
         self._finer = tuple(self.runs.refinement(coarse) for coarse in (self.runs.half, self.runs.third))
         self._summaries: list[Summary] = []
         self._largest, self._shear_path, self._in_annuli = np.zeros(len(ESTIMATED)), ShearPath(), 0.0
-        self._remembered, self._corrected_totals = np.zeros(len(ESTIMATED)), [0.0]
+        self._pressed, self._remembered, self._corrected_totals = 0.0, np.zeros(len(ESTIMATED)), [0.0]
         self._frictions, self._path = frictions_of(setup), setup.load_path
         self._fewest = fewest_increments(setup)
         for summary in history:
@@ -156,6 +156,8 @@ class ErrorBars:
         count = self._setup.load_path.counts[summary.stage - 1]
         self._shear_path = self._shear_path.after(summary, self._carried(summary), count)
         self._in_annuli += hidden_in_annulus(self._cells, summary)
+        if self._shear_path.left > SLIDING:  # what slides is known
+            self._pressed += self._few(summary) * summary.work
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
@@ -184,8 +186,7 @@ class ErrorBars:
         found[:, WORK] = found[:, TOTAL]
         if step:
             found[:, WORK] -= np.array(self._differences(step - 1))[:, TOTAL]
-        largest: DoubleArray = np.max(np.abs(found) / (np.array(self._finer)[:, None] - 1.0), axis=0)
-        return largest
+        return np.asarray(np.max(np.abs(found) / (np.array(self._finer)[:, None] - 1.0), axis=0))
 
     def _differences(self, step: int) -> tuple[DoubleArray, DoubleArray]:
         """Return the run's values less those on half and on a third of the points.
@@ -205,7 +206,6 @@ class ErrorBars:
         return from_third - half_less_third, from_third
 
     def _run_values(self, step: int) -> DoubleArray:
-        """Return the run's values after `step`, zeros before the first one."""
         return values_of(self._summaries[step]) if step >= 0 else np.zeros(len(ESTIMATED))
 
     def _change_by_increments(self, step: int) -> DoubleArray:
@@ -233,15 +233,17 @@ class ErrorBars:
             known.append(max(total, known[-1]))
         return known[step + 1] - self._summaries[step].work_total
 
+    def _few(self, summary: Summary) -> float:
+        return PRESSED / self._fewest[summary.stage - 1] ** 1.5 if self._setup.model.coupled else 0.0
+
     def _linked(self, change: DoubleArray) -> DoubleArray:
         """Return the least errors by the increments: of the energy, and of what its change lets expect."""
         summary, total = self._summaries[-1], float(self._largest[TOTAL])
-        few = PRESSED / self._fewest[summary.stage - 1] ** 1.5 if self._setup.model.coupled else 0.0
         shown = min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0
         scales = np.where(MOVED, self._largest, 0.0)
         scales[STICK] = summary.contact_radius
-        found: DoubleArray = LINKED * math.hypot(shown, few) * scales
-        found[[TOTAL, WORK]] = few * summary.work_total, few * summary.work
+        found: DoubleArray = LINKED * math.hypot(shown, self._few(summary)) * scales
+        found[[TOTAL, WORK]] = self._pressed, min(self._few(summary) * summary.work, self._pressed)
         return found
 
     def _scales(self, summary: Summary) -> DoubleArray:

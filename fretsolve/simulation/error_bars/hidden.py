@@ -26,9 +26,9 @@ ANNULUS = 0.1
 annulus, a cell at least: its edge may lie anywhere in the cells, which is averaged around the contact, so that line
 contacts lack the second factor."""
 
-UNSEEN = 0.5
-"""Energy that slip within a cell of the edge dissipates on the way to gross slip, over (mu P)^2/(E* a) (h/a)^3: by
-Mindlin 0.46 of a sphere and by Cattaneo 0.42 of a cylinder, per length, whose annulus is a cell wide."""
+UNSEEN = 0.21
+"""Energy that slip within a cell of the edge dissipates on the way to gross slip, over (mu P)^2 S/a (h/a)^3 with the
+tangential compliance S: by Mindlin 27/144 of a sphere and by Cattaneo 8/12 pi of a cylinder, per length."""
 
 
 def hidden_pressure(cells: Cells, state: State) -> float:
@@ -75,9 +75,9 @@ def unseen_energy(cells: Cells, state: State, load: float, radius: float, path: 
     if not (radius and share):
         return 0.0
     friction, modulus = cells.model.friction, cells.model.compliances.contact_modulus
-    length = 1.0 if cells.model.line else radius  # energies of a line contact are per length
-    width = min(cells.side / radius, share / (2.0 if cells.model.line else 3.0))
-    annulus = UNSEEN * math.pow(width, 3) * (friction * load) ** 2 / (modulus * length)
+    pair, order = cells.model.compliances, 2.0 if cells.model.line else 3.0
+    compliance = pair.A if cells.model.line else pair.tangential / radius  # energies of a line are per length
+    annulus = UNSEEN * math.pow(min(cells.side / radius, share / order), 3) * (friction * load) ** 2 * compliance
     annulus *= _cells_share(cells, state.summary)
     edges = sum(edge.hidden_energy(state.fields.pressure, cells.side, modulus, friction) for edge in cells.edges)
     return (annulus / share + share**2 * edges) * ways
