@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
+from fretsolve.increment.increment import IncrementSolver
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary
+from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages
@@ -91,17 +92,11 @@ class CoarseRun:
         self.setup, self._threads, self._rings = setup, threads, 0
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = self._from_start()
+        self._states = states_of(setup, measured=lambda step: True, solver=self._solver)
         self._values: list[DoubleArray] = []
 
-    def _from_start(self) -> Iterator[State]:
-        """Yield the states from the first increment on."""
-        setup, threads = self.setup, self._threads
-        return states_of(
-            setup,
-            measured=lambda step: True,
-            solver=lambda: increment_solver(setup, setup.separation(), threads, to_map_end=True),
-        )
+    def _solver(self) -> IncrementSolver:
+        return increment_solver(self.setup, self.setup.separation(), self._threads, to_map_end=True)
 
     def _widen(self) -> bool:
         """Start again with one more ring of cells around the area, and return whether that may help.
@@ -113,7 +108,8 @@ class CoarseRun:
             return False
         self._rings += 1
         self.setup = replace(self.setup, grid=self.setup.grid.with_ring())
-        self._states, self._values = self._from_start(), []
+        self._states = states_of(self.setup, measured=lambda step: True, solver=self._solver)
+        self._values = []
         return True
 
     def values(self, step: int) -> DoubleArray:

@@ -137,7 +137,7 @@ class ErrorBars:
             left = self._shear_path.left * self._carried(summary) * np.array([1.0, 1.0, torque_arm(summary)])
             parts[:, SHEAR_LOADS] = np.minimum(parts[:, SHEAR_LOADS], left)
             change[SHEAR_LOADS] = np.clip(change[SHEAR_LOADS], -left, left)
-        parts[:, imposed] = 0.0
+        parts[:, imposed] *= 0.0  # where a coarse run has failed, it stays NaN
         change[imposed] = 0.0
         errors, corrected = (
             np.hypot(np.linalg.norm([*parts[:2], *(left * parts[2:])], axis=0), iteration) for left in (1.0, LEFT)
