@@ -51,7 +51,7 @@ def assert_bar_holds(case: Case, quantity: str, right: float, corrected: str = "
 # every grid, with either sign, in which coarser grids find no order. This is how a contact's stiffness is measured.
 
 
-@pytest.mark.parametrize("points", [64, missed(80, by=1.5), missed(128, by=2.6), missed(150, by=30)])
+@pytest.mark.parametrize("points", [64, 80, 128, 150])
 def test_displacement_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     """By Mindlin."""
     force = STICKING * FRICTION * LOAD
@@ -59,7 +59,7 @@ def test_displacement_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     assert_bar_holds(case, "delta_x", cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential).delta_x)
 
 
-@pytest.mark.parametrize("points", [64, missed(128, by=2.0), missed(150, by=6.6)])
+@pytest.mark.parametrize("points", [64, 128, 150])
 def test_rotation_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     """By Lubkin."""
     torque = STICKING * gross_slip_torque(HERTZ, FRICTION)
@@ -67,7 +67,7 @@ def test_rotation_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     assert_bar_holds(case, "phi_z", lubkin(HERTZ, FRICTION, torque, MATERIAL.torsional).phi_z)
 
 
-@pytest.mark.parametrize("points", [64, missed(48, by=1.8), missed(128, by=1.4)])
+@pytest.mark.parametrize("points", [48, 64, 128])
 def test_displacement_of_an_ellipsoid_that_nearly_all_sticks(points: int) -> None:
     """By Mindlin (1949): mu (1 + w nu/(1 - nu)) times the difference of Hertz's approaches under P and P - Q/mu.
 
@@ -104,9 +104,7 @@ def test_energy_along_displacements_that_turn(corrected: str) -> None:
     assert_bar_holds(case, "work_total", 0.02749, corrected)
 
 
-@pytest.mark.parametrize(
-    ("points", "increments"), [(48, 20), missed(48, 10, by=1.2), missed(48, 12, by=1.3), missed(96, 20, by=1.7)]
-)
+@pytest.mark.parametrize(("points", "increments"), [(48, 20), missed(48, 10, by=1.2), missed(48, 12, by=1.3), (96, 20)])
 def test_contact_radius_of_a_rigid_sphere_pressed_with_high_friction(points: int, increments: int) -> None:
     """All sticks: a = sqrt(delta_z R/1.08873) for nu = 0. Few increments find less, and coarser runs find as little."""
     approach = 0.008

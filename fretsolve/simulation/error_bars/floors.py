@@ -132,10 +132,10 @@ def _of_stick_radius(cells: Cells, state: State, path: ShearPath) -> float:
         widths = sorted((summary.contact_half_width_x, summary.contact_half_width_y))
         slender = 1.0 if model.line or not widths[0] else widths[1] / widths[0]
         return min(UNSEEN_STICK * math.sqrt(slender) * side, math.pow(path.left, order) * summary.contact_radius)
-    if summary.stick_cells == summary.contact_cells:
-        share = min(math.pow(1.0 - path.largest, order), spence_ratio(model))
-        return min((1.0 - share) * summary.contact_radius, side)
-    return STICK_EDGE * side
+    share = min(math.pow(1.0 - path.largest, order), spence_ratio(model))
+    thin = summary.contact_radius - summary.stick_radius < 0.5 * side
+    annulus = min((1.0 - share) * summary.contact_radius, side) if thin else 0.0
+    return max(annulus, STICK_EDGE * side if summary.stick_cells < summary.contact_cells else 0.0)
 
 
 def _held_at_limit(cells: Cells, state: State) -> float:
