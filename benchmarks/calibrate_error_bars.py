@@ -115,7 +115,12 @@ def report_lines(rows: Mapping[str, Sequence[Row]], costs: Sequence[Cost], unsol
     if unsolved:
         print(*unsolved, sep="\n", file=sys.stderr)
     *_, last = ends.values()
-    yield from ("", "By scene, corrected values in brackets:", "", *by_scene(last))
+    yield from (
+        "",
+        "Cases with every value inside and median of bar over error, as run and corrected:",
+        "",
+        *by_scene(last),
+    )
 
 
 def percent(part: float) -> str:
@@ -147,19 +152,18 @@ def spent_on(costs: Sequence[Cost]) -> dict[str, str]:
 
 
 def by_scene(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield a table with a row per kind of scene."""
-    yield "| scene | " + " | ".join(SHARES) + " |"
-    yield "| --- " * (1 + len(SHARES)) + "|"
+    """Yield a line per kind of scene."""
     for scene in sorted({scene_of(row.case) for row in rows}):
         kinds = [
             [row for row in rows if scene_of(row.case) == scene and row.corrected == kind] for kind in (False, True)
         ]
         if all(kinds):
-            yield (
-                f"| {scene} | "
-                + " | ".join(f"{value(kinds[0])} ({value(kinds[1])})" for value in SHARES.values())
-                + " |"
-            )
+            cases, ratios = (" and ".join(map(SHARES[label], kinds)) for label in BY_SCENE)
+            yield f"- {scene}: {cases}, median {ratios}"
+
+
+BY_SCENE = ("cases with every value inside its bar", "median of bar over true error")
+"""Shares of each scene, as run and corrected."""
 
 
 FREE_IN_PLANE = ("delta_x", "delta_y", "delta_z")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.035, 1.4
 """Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
-with which it falls with their number (docs/error_bar_estimates.md)."""
+with which it falls with their number (docs/error_bars.md)."""
 
 SHEARED_SLIP, PRESSED_SLIP = (0.9, 2.4), (1.5, 1.57)
 """Error bar of the dissipated energy where the slip annulus is a cell wide, and the order with which it falls with the

@@ -23,7 +23,7 @@ CONTACT_EDGE, FEW_CELLS, STICK_EDGE, ROW = 0.01, 0.7, 0.15, 0.1
 """Least errors over h of the contact radius, of one of few cells over (h/a)^2, of a stick radius, and of half-widths
 and middles, which depend on the last row of cells."""
 
-OUTLINE, OUTLINE_ROW = 0.1, 0.5
+OUTLINE, OUTLINE_ROW = 0.13, 0.5
 """Least errors over h of radii, and of half-widths and middles, where a body ends, whose outline all grids round to
 their cells. Loads, displacements and energies have the relative error of the radius, moments and turns with it."""
 
@@ -82,7 +82,7 @@ def _of_sums(
     ratio = min(cells.side / radius, 1.0)
     part, twist = outline + SUM * ratio**2, outline + TORSION * ratio**2 + 3.0 * thin
     sheared = part + TURNED * path.turned + thin
-    moment = MOMENT * ratio ** (1.5 if cells.model.line else 2.0)  # which is averaged around a contact on an area
+    moment = MOMENT * ratio ** (1.5 if cells.model.line else 2.0) + (outline if cells.holes else 0.0)
     force, motion = (math.hypot(largest[f"{name}x"], largest[f"{name}y"]) for name in ("Q", "delta_"))
     tilt = largest["delta_z"] / radius
     if cells.model.line:  # whose approach has a free constant: that of a cylinder under the moment P a
