@@ -90,7 +90,7 @@ def test_displacement_of_an_ellipsoid_that_nearly_all_sticks(points: int) -> Non
     assert_bar_holds(case, "delta_x", FRICTION * along * (pressed.delta_z - released.delta_z))
 
 
-@pytest.mark.parametrize("corrected", [missed("", by=2.7), missed("_corrected", by=3.3)])
+@pytest.mark.parametrize("corrected", [missed("", by=2.1), missed("_corrected", by=2.7)])
 def test_energy_along_displacements_that_turn(corrected: str) -> None:
     """By 32 times the increments: 0.02750 mJ, and 0.02743 mJ on three times the points."""
     turns = [
@@ -120,10 +120,10 @@ RIGHT_OF_RING = {"contact_radius": 0.08801, "stick_radius": 0.0743}
     ("quantity", "points"),
     [
         ("stick_radius", 64),
-        missed("stick_radius", 36, by=3.4),
+        missed("stick_radius", 36, by=1.2),
         ("contact_radius", 64),
-        missed("contact_radius", 28, by=2.7),
-        missed("contact_radius", 36, by=2.4),
+        missed("contact_radius", 28, by=2.2),
+        missed("contact_radius", 36, by=2.1),
     ],
 )
 def test_radii_of_a_ring_under_a_torque(quantity: str, points: int) -> None:
@@ -134,7 +134,7 @@ def test_radii_of_a_ring_under_a_torque(quantity: str, points: int) -> None:
     assert_bar_holds(case, quantity, RIGHT_OF_RING[quantity])
 
 
-@pytest.mark.parametrize("tolerance", [1e-8, missed(1e-6, by=3.4)])
+@pytest.mark.parametrize("tolerance", [1e-8, missed(1e-6, by=1.4)])
 def test_stick_radius_of_nearly_similar_bodies_that_are_pressed(tolerance: float) -> None:
     """By Spence, c = a/2. The slip is so small that the default tolerance takes slipping cells for sticking ones."""
     bodies = [{"young_modulus": 200e3, "poisson_ratio": ratio} for ratio in (0.29, 0.31)]
@@ -147,7 +147,7 @@ def test_stick_radius_of_nearly_similar_bodies_that_are_pressed(tolerance: float
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("points", "increments"), [missed(32, 40, by=3.1), missed(32, 100, by=11.8), (64, 100)])
+@pytest.mark.parametrize(("points", "increments"), [missed(32, 40, by=2.9), missed(32, 100, by=8.1), (64, 100)])
 def test_stiffness_at_a_reversal_where_the_first_annulus_is_thinner_than_a_cell(
     points: int, increments: int, tmp_path: Path
 ) -> None:
