@@ -2,7 +2,7 @@
 
     python benchmarks/accuracy.py --processes 2 # all cases, an hour and a half on one core
     python benchmarks/accuracy.py 14- closed    # those whose names begin so: the unseen ones
-    python benchmarks/accuracy.py --into docs/accuracy.md    # also writes data/accuracy.csv beside it
+    python benchmarks/accuracy.py --into docs/howto/grid_and_increments.md    # writes docs/data/*accuracy*.csv
 
 The cases are those of the error bars (`calibration_cases`, and unseen ones that `random_cases` draws), and unseen ones
 with closed forms (`random_closed_forms`), without their points and increments, which the accuracy picks. Errors are

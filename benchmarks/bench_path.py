@@ -29,7 +29,7 @@ import numpy as np
 
 import fretsolve
 from fretsolve.increment.increment import Solved
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.load_path import Increment
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.simulation import increment_solver
@@ -111,7 +111,7 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
     solver = increment_solver(setup, setup.separation(), threads=1)
     history = [state.summary for state in islice(fretsolve.run(setup), index + 1)]  # FFTW's plans are known then
     nothing = np.zeros((2, *setup.grid.shape))
-    start = InitialState(nothing[0], nothing, nothing, np.zeros(6))
+    start = InitialState(nothing[0], nothing, nothing, np.zeros(6), setup.friction_on_grid().limit())
     for step in range(index):
         increment = setup.load_path.increment(step, history)
         start = end_of(solver.solve(increment, start), increment)
@@ -126,8 +126,9 @@ def cost_of_increment(job: Job, points: int, index: int) -> Cost:
 
 def end_of(solved: Solved, increment: Increment) -> InitialState:
     """Return what the next increment starts from."""
-    solution = solved.solution
-    return InitialState(solution.pressure, solution.shear, solution.displacement, solution.rigid, increment.normal)
+    return InitialState(
+        solved.pressure, solved.shear, solved.displacement, solved.rigid, solved.friction, increment.normal
+    )
 
 
 @lru_cache

@@ -18,9 +18,10 @@ from fretsolve.case.line_case import LineCase
 from fretsolve.case.models import Case
 from fretsolve.model.materials import compliances
 from fretsolve.plots.labels import CLOSED_FORM, marks
-from fretsolve.reference.bulk_stress import LineUnderBulk, SphereUnderBulk
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.line import HertzLine
+from fretsolve.reference.line_slip import LinePartialSlip
+from fretsolve.reference.tangential import SphereUnderBulk
 from fretsolve.result.state import State
 
 BODY = {"young_modulus": 200e3, "poisson_ratio": 0.3}
@@ -152,7 +153,7 @@ def line_stick_zone() -> Figure:
         ends = np.array([ends_of_stick_zone(line_case(force, xx)) for xx in tension]) / a
         label = f"Qx = {force:g} N/mm" if force else "bulk stress alone"
         axes.plot(tension, ends, **mark.options(len(tension)), label=label)
-        forms = [LineUnderBulk(a, hertz.max_pressure, LINE_FRICTION, MATERIAL.A, force, strain * xx) for xx in closed]
+        forms = [LinePartialSlip(hertz, LINE_FRICTION, force, MATERIAL.A, strain * xx) for xx in closed]
         axes.plot(closed, np.array([form.stick_zone for form in forms]) / a, **CLOSED_FORM, label="closed forms")
     for side in (-1.0, 1.0):
         axes.axhline(side, color="0.5", linewidth=0.8, label="edge of the contact")

@@ -5,11 +5,11 @@
     python benchmarks/extremes.py --picture extremes.png   # and a picture of the distances, and of friction x Dundurs
     python benchmarks/extremes.py --precision single       # the same in single precision, with limits of its own
     python benchmarks/extremes.py --random 300             # so many new random cases of each kind instead
-    python benchmarks/extremes.py --into docs/extremes.md  # the whole table between the marks of a file
+    python benchmarks/extremes.py --into docs/robustness.md    # the counts, and all rows to data/extremes_double.csv
 
 Prints a Markdown table with a row for each family, and then every probe that does not end as it has to. In single
 precision the table has the families alone that end in another way than in double precision. ``--into`` also writes all
-rows to ``data/extremes_double.csv`` or ``data/extremes_single.csv`` beside the page. The families stand in
+rows to ``data/extremes_double.csv`` or ``data/extremes_single.csv``. The families stand in
 ``tests/extremes/families``; the tests there drive the quick part of them, and random cases.
 """
 
@@ -22,11 +22,12 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-from helpers import data_file, parser_of, put_parts_into, write_csv
+from helpers import data_file, parser_of, report, write_csv
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 sys.path[:0] = [str(TESTS), str(TESTS / "extremes")]
@@ -42,14 +43,14 @@ FRICTIONS = (1e-8, 1e-4, 1e-2, 0.03, 0.1, 0.3, 1.0, 2.0, 3.0, 5.0, 10.0, 100.0, 
 RATIOS = (0.5, 0.42, 0.3, 0.2, 0.1, 0.0)
 """Poisson's ratios of a body under a rigid one: Dundurs' constant is (1 - 2 nu)/2(1 - nu), 0 to 1/2."""
 
-PAGE = TESTS.parent / "docs" / "extremes.md"
+PAGE = TESTS.parent / "docs" / "robustness.md"
 HEADINGS = ("case", "range", "outcome", "worst_residual", "limit", "distance", "allowed", "seconds")
 
 COLUMNS = ("case", "range", "outcome", "limit of theory", "distance (allowed)")
-"""Of the tables on the page."""
+"""Of the printed tables."""
 
 PARTS = {"double": "extremes", "single": "extremes in single precision"}
-"""Marks of the tables of each precision."""
+"""Marks of the counts of each precision."""
 
 KINDS = {
     "indentation": ({"P": 400.0, "increments": 5},),
@@ -115,7 +116,7 @@ def driven(probe: Probe, precision: str = "double") -> Verdict:
 
 
 def outcomes_in_double() -> dict[str, str]:
-    """Return how each family ended in double precision, as the page's data have it."""
+    """Return how each family ended in double precision, as the data of the page have it."""
     file = data_file(PAGE, "extremes_double")
     if not file.exists():
         return {}
@@ -124,7 +125,7 @@ def outcomes_in_double() -> dict[str, str]:
 
 
 def print_table(names: list[str], precision: str) -> list[Row]:
-    """Print a table of the families, a row at a time, and list what is wrong."""
+    """Print a table of the families, a row at a time."""
     chosen = [family for family in FAMILIES if not names or any(name in family.name for name in names)]
     known = outcomes_in_double() if precision == "single" else {}
     headings = COLUMNS if precision == "double" else COLUMNS[::2]  # range and limit are those of the other table
@@ -135,13 +136,18 @@ def print_table(names: list[str], precision: str) -> list[Row]:
         rows.append(Row(family, [driven(probe, precision) for probe in family.probes]))
         if rows[-1].outcome != known.get(family.name):
             print(rows[-1].markdown(headings), flush=True)
+    print()
+    return rows
+
+
+def print_failures(rows: Sequence[Row]) -> None:
+    """Print how many cases there were, and what is wrong with which of them."""
     verdicts = [(row.family, verdict) for row in rows for verdict in row.verdicts]
     wrong = [(family, verdict) for family, verdict in verdicts if verdict.problem]
-    print(f"\n{len(verdicts)} cases, {len(wrong)} failures{':' if wrong else ''}\n")
+    print(f"{len(verdicts)} cases, {len(wrong)} failures{':' if wrong else ''}\n")
     for family, verdict in wrong:
         problem = re.sub(r"\S*/case\.yaml", "case.yaml", verdict.problem)
         print(f"- {family.name}, {verdict.probe.label}: {problem}")
-    return rows
 
 
 def print_random(count: int) -> None:
@@ -212,18 +218,16 @@ def main() -> None:
     parser.add_argument("--random", type=int, metavar="N", help="draw N random cases of each kind instead")
     options = parser.parse_args()
     rows: list[Row] = []
-    name, figures = PARTS[options.precision], lambda: rows.extend(print_table(options.names, options.precision))
-    if options.random:
-        name, figures = "random cases", lambda: print_random(options.random)
     with TemporaryDirectory() as cache:
         os.environ.setdefault("FRETSOLVE_CACHE", cache)
-        if options.into:
-            put_parts_into(options.into, {name: figures})
-            if rows:
+        if options.random:
+            report({"random cases": partial(print_random, options.random)}, options.into)
+        else:
+            rows = print_table(options.names, options.precision)
+            report({PARTS[options.precision]: partial(print_failures, rows)}, options.into)
+            if options.into:
                 file = data_file(options.into, f"extremes_{options.precision}")
                 write_csv(file, HEADINGS, (row.cells for row in rows))
-        else:
-            figures()
         if options.picture:
             draw(rows, options.picture)
 

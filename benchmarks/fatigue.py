@@ -18,8 +18,8 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.fatigue.criteria import critical_plane, plane_criteria
-from fretsolve.fatigue.criteria.by_name import fatigue_field
+from fretsolve.fatigue import criteria, critical_plane
+from fretsolve.fatigue.criteria import fatigue_field
 from fretsolve.fatigue.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
@@ -41,8 +41,7 @@ def loop(points: int, depths: int) -> Iterator[DoubleArray]:
 
     from fretsolve import open_result
     from fretsolve.commands.run import run_case
-    from fretsolve.stress.evaluate import layers
-    from fretsolve.stress.request import stress_request
+    from fretsolve.stress.request import layers, stress_request
     from fretsolve.stress.tractions import TractionHistory, last_cycle
     from fretsolve.system.signals import StopRequest
 
@@ -115,7 +114,7 @@ def print_scan(count: int = 600) -> None:
     print("| step, degrees | planes | findley | fatemi-socie | swt | findley, improved | fatemi-socie | swt |")
     print("| --- " * 8 + "|")
     stress = random_histories(count)
-    planes = [getattr(plane_criteria, name)(MATERIAL) for name in ("findley", "fatemi_socie", "swt")]
+    planes = [getattr(criteria, name)(MATERIAL) for name in ("findley", "fatemi_socie", "swt")]
     exact = [critical_plane.search(plane, stress, refine_all=True).value for plane in planes]
     for step in (15.0, 10.0, 5.0, 2.0):
         cells = []

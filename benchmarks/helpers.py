@@ -1,7 +1,7 @@
 """Put figures into pages, keep what takes long in files, and share work among processes.
 
-What a script prints goes between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a page. Tables
-that are too long for a page go to CSV files in ``data`` beside it.
+What a script prints under a name goes between the marks ``<!-- figures: NAME -->`` and ``<!-- end of figures -->`` of a
+page. Where the page links to ``data/PAGE_NAME.csv`` instead, the tables that are printed go to that file.
 """
 
 from __future__ import annotations
@@ -39,9 +39,12 @@ def printed(part: Callable[[], None]) -> str:
 
 
 def put_parts_into(file: Path, parts: Mapping[str, Callable[[], None]]) -> None:
-    """Replace the figures between their marks in `file` by what `parts` print."""
+    """Replace the figures between their marks in `file`, and the data that it links to, by what `parts` print."""
     content = file.read_text()
     for name, part in parts.items():
+        data = data_file(file, f"{file.stem}_{name.replace(' ', '_')}")
+        if f"data/{data.name})" in content:
+            write_tables(data, printed(part))
         pattern = re.compile(rf"(<!-- figures: {name} -->\n).*?(<!-- end of figures -->)", re.DOTALL)
         if pattern.search(content):
             figures = printed(part).strip()
@@ -60,8 +63,19 @@ def report(parts: Mapping[str, Callable[[], None]], page: Path | None) -> None:
 
 
 def data_file(page: Path, name: str) -> Path:
-    """Return the CSV file of that name beside `page`."""
-    return page.parent / "data" / f"{name}.csv"
+    """Return the CSV file of that name in the folder `data` that is beside `page`, or beside a folder around it."""
+    above = (folder / "data" for folder in page.resolve().parents)
+    folder = next((data for data in above if data.is_dir()), page.parent / "data")
+    return folder / f"{name}.csv"
+
+
+def write_tables(file: Path, text: str) -> None:
+    """Write the first Markdown table of `text` to `file`, the others to files of its name with _2, _3 and so on."""
+    tables = re.findall(r"(?:^\|.*\n?)+", text, re.MULTILINE)
+    for number, table in enumerate(tables, 1):
+        lines = [re.split(r"(?<!\\)\|", line.strip().strip("|")) for line in table.splitlines()]
+        headings, _, *rows = [[cell.strip().replace(r"\|", "|") for cell in line] for line in lines]
+        write_csv(file.with_stem(f"{file.stem}_{number}") if number > 1 else file, headings, rows)
 
 
 def write_csv(file: Path, headings: Sequence[str], rows: Iterable[Sequence[object]]) -> None:

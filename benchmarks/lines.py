@@ -14,7 +14,8 @@ import numpy as np
 
 import fretsolve
 from fretsolve.model.materials import compliances
-from fretsolve.reference.line import HertzLine, LineContact, LinePartialSlip, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.line import HertzLine, LineContact, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import State
 
 CASES = Path(__file__).resolve().parent.parent / "cases"

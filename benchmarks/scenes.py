@@ -1,7 +1,7 @@
 """What each kind of case costs beside the full model: applications, time and memory.
 
     python benchmarks/scenes.py                     # a table, some minutes on one core
-    python benchmarks/scenes.py --into docs/scenes.md
+    python benchmarks/scenes.py --into docs/performance.md
 
 The full model is `coupling: full` with friction 0.1: everything that a case may need. Both get the same grid and
 increments. Seconds are those of the processor, on 256 x 256 cells; memory is the peak of a process of its own on

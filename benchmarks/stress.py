@@ -24,8 +24,8 @@ from helpers import parser_of, report
 from fretsolve.elastic.fftw import plan, pyfftw
 from fretsolve.model.grid import Grid
 from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.layers import LayerConvolution, Window
+from fretsolve.stress.influence import point_influence
+from fretsolve.stress.layers import LayerConvolution, Window
 
 TIMED_DEPTHS, TIMED_INCREMENTS = 3, 8
 NU, MU = 0.3, 0.4

@@ -2,7 +2,7 @@
 
     python benchmarks/terms.py                                  # tables, some five minutes on one core
     python benchmarks/terms.py --points 128                     # on a finer grid
-    python benchmarks/terms.py --into docs/terms.md --picture docs/pictures/terms.png     # and data/terms.csv
+    python benchmarks/terms.py --into docs/howto/grid_and_increments.md --picture docs/pictures/terms.png
 
 A sphere on a flat between pairs of bodies with Dundurs' constants from 0 to 1/2, friction 0.1 to 0.6, in mode I (a
 force of nine tenths of sliding, and a cycle), II (pressing) and III (a torque of nine tenths of sliding). The same grid

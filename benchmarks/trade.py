@@ -3,11 +3,11 @@
     python benchmarks/trade.py                       # tables, some forty minutes on one core
     python benchmarks/trade.py --modes I.3 II --studies tolerance        # of some modes, some of them
     python benchmarks/trade.py --points 32 64 128 256 512     # finer grids with all increments (half an hour more)
-    python benchmarks/trade.py --into docs/trade.md --pictures docs/pictures
+    python benchmarks/trade.py --into docs/howto/grid_and_increments.md --pictures docs/pictures
     python benchmarks/trade.py --studies --pictures docs/pictures        # no runs, pictures from the written data
 
-The page shows the worst errors of a run, of the dissipated energy and of all other quantities; ``--into`` also writes
-the errors of all quantities at the end of each stage to ``data/trade_*.csv``.
+The tables show the worst errors of a run, of the dissipated energy and of all other quantities; ``--into`` writes the
+errors of all quantities at the end of each stage to ``data/trade_*.csv``.
 
 The runs are those of ``fretsolve study``, kept in a folder (``--runs``) and not made again. The reference is the finest
 run of each study, which has an error of its own; corrected values and those as run are compared with the finest
@@ -42,12 +42,12 @@ from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
 from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
 from fretsolve.study.report import key_names, two_digits
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import ENERGIES, StageQuantity
 from fretsolve.system.signals import StopRequest
 
 ROOT = Path(__file__).resolve().parent.parent
-CASES, PAGE = ROOT / "cases", ROOT / "docs" / "trade.md"
+CASES, PAGE = ROOT / "cases", ROOT / "docs" / "howto" / "grid_and_increments.md"
 
 DPI = 200
 """Dots per inch of the pictures."""
@@ -88,7 +88,7 @@ OTHERS, ENERGY = "worst error of all other quantities, %", "of the energy, %"
 """Headings."""
 
 FRONT_ALONE = STUDIES[0]
-"""The study of which the page shows the best runs alone."""
+"""The study of which the table shows the best runs alone."""
 
 QUANTITIES = ("delta_z", "delta_x", "phi_z", "contact_radius", "stick_radius", "max_pressure", "work_total")
 COLUMNS = tuple(f"{name}@{stage}" for name in QUANTITIES for stage in (1, 2))
@@ -167,7 +167,7 @@ def recorded(mode: str, study: str, asked: Asked) -> Assessment:
     for case in plan.cases:
         row = found[tuple(case.settings.values())]
         errors = np.array([0.01 * float(row[str(one)] or "nan") for one in kept])
-        outcome = Outcome(nothing, nothing, 0, float(row["seconds"]))
+        outcome = CaseOutcome(nothing, nothing, 0, float(row["seconds"]))
         rows.append(AssessedRun(case, outcome, nothing, errors, case is plan.cases[0], row["best"] == "yes"))
     return Assessment(plan, kept, (), nothing, nothing, tuple(rows))
 

@@ -39,9 +39,9 @@ from fretsolve.result.layout import (
 PAGES = Path(__file__).parent / "reference"
 
 ERROR_ENDINGS = {
-    "_corrected_error": "estimated error of the corrected value",
-    "_corrected": "value corrected for the number of increments",
-    "_error": "estimated error",
+    "_corrected_error": "estimated error of the corrected",
+    "_corrected": "value, corrected for the number of increments, of",
+    "_error": "estimated error of",
 }
 """What the endings of columns of error bars mean, a longer ending before the one that it ends with."""
 
@@ -53,7 +53,7 @@ RESULTS = {
 PICTURES = "fretsolve.plots"
 CLOSED_FORMS = tuple(
     f"fretsolve.reference.{name}"
-    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "bulk_stress", "line", "worn_contact")
+    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "line", "line_slip", "worn_contact")
 )
 
 
@@ -73,18 +73,16 @@ def history() -> Iterator[str]:
 
 
 def errors() -> Iterator[str]:
-    """Return the columns of the error bars: those of many quantities in one row, then the others."""
-    of, others = {ending: list[str]() for ending in ERROR_ENDINGS}, []
+    """Return the columns of the error bars: columns of many quantities in one line, then the others."""
+    of, others = {ending: list[str]() for ending in ERROR_ENDINGS}, list[Quantity]()
     for quantity in ERRORS:
         ending = next((ending for ending in ERROR_ENDINGS if quantity.name.endswith(ending)), None)
         if ending is None:
-            others.append((f"`{quantity.name}`", quantity.units, quantity.long_name))
+            others.append(quantity)
         else:
             of[ending].append(f"`{quantity.name.removesuffix(ending)}`")
-    rows = [
-        (f"`NAME{ending}`", "of NAME", f"{ERROR_ENDINGS[ending]}: {', '.join(names)}") for ending, names in of.items()
-    ]
-    yield from table(("dataset", "units", "meaning"), (*rows, *others))
+    yield from (f"- `NAME{ending}`: {ERROR_ENDINGS[ending]} {', '.join(names)}" for ending, names in of.items())
+    yield from _quantities(others)
 
 
 def cycles() -> Iterator[str]:
@@ -98,8 +96,9 @@ def fields() -> Iterator[str]:
 
 
 def _quantities(quantities: Sequence[Quantity]) -> Iterator[str]:
-    rows = [(f"`{quantity.name}`", quantity.units, quantity.long_name) for quantity in quantities]
-    yield from table(("dataset", "units", "meaning"), rows)
+    for quantity in quantities:
+        units = "" if quantity.units == "1" else f" ({quantity.units})"
+        yield f"- `{quantity.name}`{units}: {quantity.long_name}"
 
 
 def commands(group: click.Group = main, name: str = "fretsolve", shown: Shown | None = None) -> Iterator[str]:
@@ -125,7 +124,7 @@ def _command(command: click.Command, name: str, shown: Shown) -> Iterator[str]:
     lines, rows = shown.split([(_option(each), _meaning(each)) for each in options])
     yield from lines
     if rows:
-        yield from table(("option", "meaning"), rows)
+        yield from (f"- {option}: {meaning}" for option, meaning in rows)
         yield ""
     for row in rows:
         shown.setdefault(row, f"[{name}](#{name.replace(' ', '-')})")
@@ -142,12 +141,12 @@ def _value_of(parameter: click.Parameter) -> str:
 
 def _option(option: click.Option) -> str:
     names = ", ".join(f"`{name}`" for name in option.opts)
-    return names if option.is_flag else f"{names} {_escaped(_value_of(option))}"
+    return names if option.is_flag else f"{names} {_value_of(option)}"
 
 
 def _meaning(option: click.Option) -> str:
     default = f" The default is {option.default}." if option.show_default and not option.is_flag else ""
-    return _in_a_cell((option.help or "") + default)
+    return _paragraphs((option.help or "") + default)
 
 
 def python_functions() -> Iterator[str]:
@@ -165,40 +164,39 @@ def python_results() -> Iterator[str]:
 
 
 def python_pictures() -> Iterator[str]:
-    """Return what all functions that draw have in common, and a table of them."""
+    """Return what all functions that draw have in common, and how to call each."""
     module = importlib.import_module(PICTURES)
     yield _paragraphs(inspect.getdoc(module) or "") + "\n"
-    yield "After `import fretsolve.plots`, `help(fretsolve.plots.loop)`, and so on, has the arguments and defaults.\n"
-    found = {name: _found(PICTURES, name) for name in module.__all__ if name[0].islower()}
-    rows = [
-        (f"`{name}{_signature(one).partition(' -> ')[0]}`", _in_a_cell(_first_paragraph(one)).removeprefix("Draw "))
-        for name, one in found.items()
-    ]
-    yield from table(("function", "draws"), rows)
+    yield "[fretsolve plot](commands.md#fretsolve-plot) says what each draws, `help(fretsolve.plots.loop)` how.\n"
+    for name in module.__all__:
+        if name[0].islower():
+            yield f"- `{name}{_signature(_found(PICTURES, name)).partition(' -> ')[0]}`"
 
 
 def python_closed_forms() -> Iterator[str]:
-    """Return a table of the functions of the closed forms, and of the classes that they return."""
+    """Return a table of the modules of the closed forms, with their functions and the classes that these return."""
     rows = []
-    for module in CLOSED_FORMS:
-        for name, subject in vars(importlib.import_module(module)).items():
-            own = callable(subject) and subject.__module__ == module and name[0] != "_"
-            if own and not getattr(subject, "_is_protocol", False):
-                rows.append((f"`{name}{_signature(subject)}`", _in_a_cell(_first_paragraph(subject))))
-    yield from table(("function or class", "meaning"), rows)
+    for name in CLOSED_FORMS:
+        module = importlib.import_module(name)
+        names = [
+            f"`{each}`"
+            for each, subject in vars(module).items()
+            if callable(subject) and subject.__module__ == name and each[0] != "_"
+            if not getattr(subject, "_is_protocol", False)
+        ]
+        rows.append((f"`{name.rpartition('.')[2]}`", _in_a_cell(_first_paragraph(module)), ", ".join(names)))
+    yield from table(("module", "subject", "functions and classes"), rows)
 
 
 def python_errors() -> Iterator[str]:
-    """Return a table of the errors."""
+    """Return the errors."""
     waiting: list[type[FretsolveError]] = [FretsolveError]
-    rows = []
     while waiting:
         kind = waiting.pop(0)
         waiting = [*kind.__subclasses__(), *waiting]
         if kind.__module__ == FretsolveError.__module__:
             base = kind.__bases__[0].__name__
-            rows.append((f"`{kind.__name__}`", f"`{base}`", _in_a_cell(_first_paragraph(kind))))
-    yield from table(("error", "a kind of", "meaning"), rows)
+            yield f"- `{kind.__name__}` (a kind of `{base}`): {_paragraphs(_first_paragraph(kind))}"
 
 
 def _found(module: str, name: str) -> Any:
@@ -219,9 +217,8 @@ def _described(subject: Any, name: str) -> Iterator[str]:
         names = [field.name for field in dataclasses.fields(subject) if not field.name.startswith("_")]
         if len(names) <= MOST_NAMED:  # those of the history are on its page
             yield f"Attributes: {', '.join(f'`{name}`' for name in names)}.\n"
-    rows = list(_members(subject)) if inspect.isclass(subject) else []
-    if rows:
-        yield from table(("member", "meaning"), rows)
+    if inspect.isclass(subject):
+        yield from (f"- {member}: {meaning}" for member, meaning in _members(subject))
         yield ""
 
 
@@ -233,9 +230,9 @@ def _members(subject: type) -> Iterator[tuple[str, str]]:
         if name[0] == "_" or not text:
             continue
         if isinstance(member, property):
-            yield f"`{name}`", _in_a_cell(text)
+            yield f"`{name}`", " ".join(_paragraphs(text).split())
         elif inspect.isfunction(member):
-            yield f"`{name}{_signature(member)}`", _in_a_cell(text)
+            yield f"`{name}{_signature(member)}`", " ".join(_paragraphs(text).split())
 
 
 def _signature(function: Callable[..., Any]) -> str:

@@ -1,4 +1,4 @@
-"""The keys of the case file as tables, from its JSON Schema; `docs/generated.py` writes them into the reference."""
+"""The keys of the case file as lists, from its JSON Schema; `docs/generated.py` writes them into the reference."""
 
 from __future__ import annotations
 
@@ -11,11 +11,6 @@ from fretsolve.case.quantities import UNIT_NOTE
 from fretsolve.case.schema import area_schema, line_schema
 
 Schema = Mapping[str, Any]
-
-KEY_HEADINGS = ("key", "value, such as", "default", "meaning")
-
-LEAST_SHARED = 2
-"""Fewest keys of a section that are named with a link to an earlier one that has them, not shown again."""
 
 MOST_NAMED = 20
 """Most values of a key that are listed: only the names of the history are more."""
@@ -38,7 +33,7 @@ def line_case_file() -> Iterator[str]:
 
 
 class Shown(dict[Sequence[str], str]):
-    """The rows of keys that stand on the page, each with a link to its section; later sections refer to them."""
+    """Keys and descriptions on the page, each with a link to its section; later sections refer to them."""
 
     def split(self, rows: Sequence[Sequence[str]]) -> tuple[list[str], list[Sequence[str]]]:
         """Return lines that refer to sections with some of `rows`, and the rest of them."""
@@ -47,7 +42,7 @@ class Shown(dict[Sequence[str], str]):
             sections.setdefault(self.get(row, ""), []).append(row)
         lines, known = [], []
         for link, same in sections.items():
-            if link and len(same) >= LEAST_SHARED:
+            if link:
                 known += same
                 lines.append(f"{', '.join(row[0] for row in same)}: as in {link}.\n")
         return lines, [row for row in rows if row not in known]
@@ -77,23 +72,26 @@ def _mapping(schema: Schema, link: str, shown: Shown) -> Iterator[str]:
     if "anyOf" in schema:
         schema = next(part for part in schema["anyOf"] if "properties" in part)
         yield f"A value alone stands for `{next(iter(schema['properties']))}`.\n"
-    yield schema["description"] + "\n"
-    required = dict.fromkeys(schema.get("required", ()), "needed")
+    about = (schema["description"],)
+    if about not in shown:
+        yield about[0] + "\n"
+        shown[about] = link
+    required = dict.fromkeys(schema.get("required", ()), "**needed**")
     if "then" in schema:
         without = schema["if"]["not"]["required"][0]
-        required |= dict.fromkeys(schema["then"]["required"], f"needed without `{without}`")
+        required |= dict.fromkeys(schema["then"]["required"], f"**needed** without `{without}`")
     rows = []
     for key, node in schema["properties"].items():
-        default = required[key] if key in required else _default(node)
         value, meaning = _value(node), node.get("description", "").partition(UNIT_NOTE)[0]
         meaning, _, example = meaning.partition(", such as ")
         if example and f"`{example}`" not in value:
             meaning += f", such as {example}"
-        rows.append((f"`{key}`", value, default, meaning))
+        value += f", {required[key]}" if key in required else _default(node)
+        rows.append((f"`{key}`", f"({value}): {meaning}"))
     lines, rest = shown.split(rows)
     yield from lines
     if rest:
-        yield from table(KEY_HEADINGS, rest)
+        yield from (f"- {' '.join(row)}" for row in rest)
     for row in rows:
         shown.setdefault(row, link)
 
@@ -111,12 +109,13 @@ def _link(heading: str) -> str:
 
 
 def _default(node: Schema) -> str:
-    if "default" not in node:
-        return ""
-    value = node["default"]
+    """Return the default, to follow the value; none of an empty list, and of a mapping, whose keys have their own."""
+    value = node.get("default", {})
     if isinstance(value, Mapping):
-        return f"`{next(iter(value.values()))}`" if len(value) == 1 else "those below"
-    return f"`{str(value).lower() if isinstance(value, bool) else value}`"
+        if len(value) != 1:
+            return ""
+        value = next(iter(value.values()))
+    return "" if value == [] else f"; default `{str(value).lower() if isinstance(value, bool) else value}`"
 
 
 def _value(node: Schema) -> str:
@@ -142,8 +141,8 @@ def _value(node: Schema) -> str:
             return ", or ".join(found)
     if node.get("type") == "array":
         return _list(node)
-    words = {"integer": "whole number", "boolean": "`true`, `false`", "string": "text", "number": "number"}
-    least = f" from {node['minimum']} on" if node.get("type") == "integer" and "minimum" in node else ""
+    words = {"integer": "integer", "boolean": "`true`, `false`", "string": "text", "number": "number"}
+    least = f" from {node['minimum']}" if node.get("type") == "integer" and "minimum" in node else ""
     return words[node["type"]] + least
 
 
@@ -155,7 +154,9 @@ def _is_bare(part: Schema, node: Schema) -> bool:
 
 def _list(node: Schema) -> str:
     if "prefixItems" in node:
-        return f"list of {len(node['prefixItems'])}, each {_value(node['prefixItems'][0])}"
+        each, count = _value(node["prefixItems"][0]), len(node["prefixItems"])
+        plain = re.fullmatch("`([^`]*)`", each)
+        return f"`[{', '.join([plain[1]] * count)}]`" if plain else f"list of {count}, each {each}"
     return f"list of {_value(node['items'])}"
 
 

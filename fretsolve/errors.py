@@ -21,28 +21,31 @@ class FretsolveError(Exception):
 
     exit_code = EXIT_BUG
 
+    def __init__(self, message: str = "", key: KeyPath = (), file: Path | str | None = None, line: int | None = None):
+        super().__init__(message)
+        self.message, self.key, self.file, self.line = message, key, file, line
+
+    def __str__(self) -> str:
+        return located(self.message, self.key, self.file, self.line)
+
 
 class CaseError(FretsolveError):
     """The case file or the command line is wrong (exit code 2)."""
 
     exit_code = 2
 
-    def __init__(self, message: str, key: KeyPath = (), file: Path | str | None = None, line: int | None = None):
-        super().__init__(message)
-        self.message = message
-        self.key = key
-        self.file = file
-        self.line = line
 
-    def __str__(self) -> str:
-        return located(self.message, self.key, self.file, self.line)
+class PictureError(FretsolveError):
+    """The result, or what was asked for, does not give the picture; the text says why (exit code 2)."""
+
+    exit_code = 2
 
 
 class NoSolutionError(FretsolveError):
     """The increment has no solution, or none was found (exit code 3).
 
-    `key` is relative to the case (where the offending load stands), once the load path has filled it in. `kind` names
-    the class in results.
+    component: of the offending load; `key` is where it stands in the case, once the load path has filled it in. `kind`
+    names the class in results.
     """
 
     exit_code = 3
@@ -50,14 +53,7 @@ class NoSolutionError(FretsolveError):
 
     def __init__(self, message: str, component: str | None = None):
         super().__init__(message)
-        self.message = message
         self.component = component
-        self.key: KeyPath = ()
-        self.file: Path | str | None = None
-        self.line: int | None = None
-
-    def __str__(self) -> str:
-        return located(self.message, self.key, self.file, self.line)
 
 
 class SlidingError(NoSolutionError):
@@ -96,12 +92,7 @@ class FileError(FretsolveError):
     exit_code = 4
 
     def __init__(self, message: str, file: Path | str | None = None):
-        super().__init__(message)
-        self.message = message
-        self.file = file
-
-    def __str__(self) -> str:
-        return located(self.message, (), self.file, None)
+        super().__init__(message, (), file)
 
 
 class BusyError(FileError):
@@ -136,9 +127,3 @@ def located(message: str, key: KeyPath, file: Path | str | None, line: int | Non
     """Return one line, ``FILE:LINE: key.path: message``, of those of its parts that are known."""
     place = [f"{file}:{line}" if line is not None else str(file)] if file is not None else []
     return printable(": ".join([*place, *([shortened(dotted(key))] if key else []), message]))
-
-
-class PictureError(FretsolveError):
-    """The result, or what was asked for, does not give the picture; the text says why (exit code 2)."""
-
-    exit_code = 2

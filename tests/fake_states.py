@@ -13,7 +13,7 @@ import numpy as np
 from fretsolve.case.history import BULK, OF_WEAR, SPOTS
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.layout import ERRORS
-from fretsolve.result.state import Change, Fields, State, Summary, SummaryErrors, WearState
+from fretsolve.result.state import Fields, State, Summary, SummaryErrors, WearState
 
 ALL_FIELDS = ("pressure", "shear", "slip", "slip_path", "work_density", "zone", "gap")
 COUNTS = (
@@ -84,8 +84,7 @@ def next_state(
     }
     state_fields = Fields(**{name: values.astype(dtype) for name, values in arrays.items()}, zone=zone)
     displacement = (np.stack([carried, seed]) * 1e-2).astype(dtype)
-    change = Change(*(array.astype("float32") for array in (0.1 * carried, 0.1 * shear, 0.1 * displacement)))
-    state = State(_summary(step, pressure, previous), state_fields, displacement, change=change if step % 3 else None)
+    state = State(_summary(step, pressure, previous), state_fields, displacement)
     return replace(state, errors=some_errors(step)) if errors else state
 
 
@@ -128,9 +127,6 @@ def assert_same_state(one: State, other: State) -> None:
     for field in fields(Fields):
         np.testing.assert_array_equal(getattr(one.fields, field.name), getattr(other.fields, field.name), strict=True)
     np.testing.assert_array_equal(one.displacement, other.displacement, strict=True)
-    assert (one.change is None) == (other.change is None)
-    for name in () if one.change is None else ("pressure", "shear", "displacement"):
-        np.testing.assert_array_equal(getattr(one.change, name), getattr(other.change, name), strict=True)
     assert (one.wear is None) == (other.wear is None)
     for field in () if one.wear is None else fields(WearState):
         np.testing.assert_array_equal(getattr(one.wear, field.name), getattr(other.wear, field.name), strict=True)
@@ -140,9 +136,6 @@ def _digest(state: State) -> np.ndarray:
     kept = [getattr(state.fields, field.name) for field in fields(Fields)]
     arrays = [array.astype(float) for array in kept if array is not None]
     total = sum((k + 1) * np.where(np.isfinite(a), a, 1.0) for k, a in enumerate(_planes(*arrays, state.displacement)))
-    total += (
-        0.0 if state.change is None else state.change.pressure + state.change.shear[1] + state.change.displacement[0]
-    )
     return 0.1 + 0.8 * np.abs(np.sin(50.0 * total + state.summary.work_total))
 
 

@@ -8,7 +8,8 @@ from typing import Any
 from fretsolve import run
 from fretsolve.case.line_case import LineCase
 from fretsolve.model.materials import compliances
-from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch
+from fretsolve.reference.line import HertzLine, RoundedPunch
+from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import State
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}

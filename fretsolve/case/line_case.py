@@ -27,7 +27,6 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
-from fretsolve.case.keys.expectation import Expectation
 from fretsolve.case.keys.load_path_spec import (
     AmplitudeCycle,
     BulkStress,
@@ -37,6 +36,7 @@ from fretsolve.case.keys.load_path_spec import (
     cycle_tag,
     step_tag,
 )
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.surface_specs import CylinderSurface, HeightsSurface, OneSurface, PunchSurface, read_from
 from fretsolve.case.keys.unrolled_path import check_load_path
 from fretsolve.case.models import Case, GridSpec
@@ -85,7 +85,7 @@ _PLACE = Field(
 
 
 class _LineModel(CaseModel):
-    """A mapping that refuses, with a reason, keys that only a contact on an area has."""
+    """A mapping that refuses, with a reason, keys that only a contact on an area has; their values stay None."""
 
     refused_keys: ClassVar[Mapping[str, str]] = {}
 
@@ -95,6 +95,13 @@ class _LineModel(CaseModel):
         if isinstance(value, dict):
             refused_at(((key,), reason) for key, reason in cls.refused_keys.items() if key in value)
         return value
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        node = handler(schema)
+        for key in cls.refused_keys:
+            handler.resolve_ref_schema(node)["properties"].pop(key, None)
+        return node
 
 
 _NO_LENGTH = "a line contact is endless along y; remove it, or plane: strain"
@@ -107,9 +114,6 @@ class LineCylinder(_LineModel, CylinderSurface):
 
     center: Place = _PLACE
     axis: ClassVar[float] = 0.5 * math.pi  # type: ignore[misc]
-    length: ClassVar[None] = None  # type: ignore[misc]
-    end_radius: ClassVar[None] = None  # type: ignore[misc]
-    crown_radius: ClassVar[None] = None  # type: ignore[misc]
 
 
 class LinePunch(_LineModel, PunchSurface):
@@ -120,7 +124,6 @@ class LinePunch(_LineModel, PunchSurface):
 
     of_line: ClassVar[bool] = True
     center: Place = _PLACE
-    radius: ClassVar[None] = None  # type: ignore[misc]
     half_width: PositiveLength = Field(description="half of the flat, such as 1 mm")
     edge_radius: Annotated[float, InUnits(LENGTH, least=0)] = Field(
         default=0.0, description="radius of curvature beyond the flat, 0 for a sharp edge", examples=["100 mm"]
@@ -188,9 +191,6 @@ class LineBulkStress(_LineModel, BulkStress):
         "xy": "a line contact is the same all along y; remove it, or plane: strain",
     }
 
-    yy: ClassVar[None] = None  # type: ignore[misc]
-    xy: ClassVar[None] = None  # type: ignore[misc]
-
 
 class LineStageSpec(_LineModel, StageSpec):
     """A stage of a line contact: the totals to which it moves the load components that it names."""
@@ -208,15 +208,9 @@ class LineStageSpec(_LineModel, StageSpec):
     P: Annotated[float, InUnits(LINE_FORCE, least=0)] | None = Field(
         default=None, description="normal force per length, compressive"
     )
-    Mx: ClassVar[None] = None  # type: ignore[misc]
-    phi_x: ClassVar[None] = None  # type: ignore[misc]
     My: LineMoment | None = Field(default=None, description="moment of the pressure per length, sum of x p dx")
     Qx: LineForce | None = Field(default=None, description="tangential force per length along x")
-    delta_x: ClassVar[None] = None  # type: ignore[misc]
     Qy: LineForce | None = Field(default=None, description="tangential force per length along y")
-    delta_y: ClassVar[None] = None  # type: ignore[misc]
-    Mz: ClassVar[None] = None  # type: ignore[misc]
-    phi_z: ClassVar[None] = None  # type: ignore[misc]
     bulk_1: LineBulkStress | None = Field(default=None, description="bulk stress of body 1")
     bulk_2: LineBulkStress | None = Field(
         default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}]

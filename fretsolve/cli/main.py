@@ -11,10 +11,12 @@ from typing import Any
 import click
 
 from fretsolve import __version__
+from fretsolve.cli.command_line import CommandLine
 from fretsolve.cli.options import (
-    CommandLine,
-    WholeNumber,
+    FILE,
+    StepRange,
     error_bars_option,
+    flag,
     output_option,
     overrides_option,
     overwrite_option,
@@ -22,9 +24,9 @@ from fretsolve.cli.options import (
     quiet_option,
     repeatable_option,
     result_argument,
+    threads_option,
     with_error_bars,
 )
-from fretsolve.cli.stresses import fatigue, stress
 from fretsolve.cli.sweep import sweep
 from fretsolve.export import FORMATS
 from fretsolve.plots import KINDS, Sheet
@@ -32,9 +34,17 @@ from fretsolve.system.environment import available, quick_imports, set_up_numeri
 from fretsolve.system.signals import StopRequest
 from fretsolve.templates import TEMPLATES
 
-_CASE = click.argument("case", type=click.Path(readable=False, path_type=Path))
-_CASES = click.argument(
-    "cases", type=click.Path(readable=False, path_type=Path), nargs=-1, required=True, metavar="CASE..."
+_CASE = click.argument("case", type=FILE)
+_CASES = click.argument("cases", type=FILE, nargs=-1, required=True, metavar="CASE...")
+_LAST_CYCLE = click.Choice(["last"])
+_BODY = click.Choice(["1", "2"])
+_WINDOW = click.option(
+    "--window",
+    metavar="auto|all|MARGIN",
+    default="auto",
+    show_default=True,
+    help="The cells: the contact with a margin of a quarter of its width, or of one and a half in a line contact; the"
+    " whole grid; or the contact with a margin such as 1mm. A margin may reach beyond the grid.",
 )
 
 
@@ -57,21 +67,16 @@ main.add_command(sweep)
 @output_option("The result file, ending in .h5; by default the name of the case with .h5.")
 @overrides_option
 @error_bars_option("Estimate the errors of the history from coarse runs (solver.error_bars).")
-@click.option("--resume", is_flag=True, help="Continue a stopped run, or start it.")
+@flag("--resume", help="Continue a stopped run, or start it.")
 @overwrite_option("an existing result")
-@click.option(
-    "--threads",
-    type=WholeNumber(1),
-    metavar="N",
-    default=1,
-    show_default=True,
+@threads_option(
+    "Threads that share the Fourier transforms; the result does not depend on their number.",
     envvar="SLURM_CPUS_PER_TASK",
     show_envvar=True,
-    help="Threads that share the Fourier transforms; the result does not depend on their number.",
 )
 @quiet_option
-@click.option("-v", "--verbose", is_flag=True, help="Print stages, settings and the whole history of each increment.")
-@click.option("--log-json", is_flag=True, help="Print one JSON object per line instead, for programs.")
+@flag("-v", "--verbose", help="Print stages, settings and the whole history of each increment.")
+@flag("--log-json", help="Print one JSON object per line instead, for programs.")
 def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: Any) -> int:
     """Solve CASE and write the result.
 
@@ -110,7 +115,7 @@ def validate(overrides: tuple[str, ...], error_bars: bool, **options: Any) -> in
 @_CASES
 @click.option(
     "--junit",
-    type=click.Path(readable=False, path_type=Path),
+    type=FILE,
     metavar="FILE.xml",
     help="Also write the outcome as JUnit XML; an earlier FILE.xml of this command is replaced.",
 )
@@ -118,9 +123,9 @@ def validate(overrides: tuple[str, ...], error_bars: bool, **options: Any) -> in
 def check(**options: Any) -> int:
     """Solve each CASE, or each case in a folder, in memory and compare with the values it expects.
 
-    All cases are run, those of a folder in the order of their names; its other YAML files, such as sweeps, are named
-    at the end. The exit code is that of the worst outcome: a file cannot be read or written (4), a case is
-    wrong (2), there is no solution (3), a value is outside its tolerance (1).
+    All cases are run, those of a folder in the order of their names; its other YAML files, such as sweeps, and its
+    folders are named at the end. The exit code is that of the worst outcome: a file cannot be read or written (4), a
+    case is wrong (2), there is no solution (3), a value is outside its tolerance (1).
     """
     with quick_imports():
         from fretsolve.commands.check import check_cases
@@ -150,9 +155,8 @@ def check(**options: Any) -> int:
     show_default=True,
     help="The reference: the finest of the runs, closed forms, or what the case expects.",
 )
-@click.option(
+@flag(
     "--corrected",
-    is_flag=True,
     help="Compare values corrected for the number of increments. Costs include the coarse runs that this takes.",
 )
 @quiet_option
@@ -178,12 +182,12 @@ def study(out: Path | None, quiet: bool, **options: Any) -> int:
 
 @main.command()
 @result_argument
-@click.option("--all", "every_increment", is_flag=True, help="One row per increment instead of one per stage.")
+@flag("--all", "every_increment", help="One row per increment instead of one per stage.")
 @click.option(
     "--columns", metavar="NAME,...", help="Columns of the history; by default those that are not 0, for programs all."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print a JSON object, for programs: history, cycles and units.")
-@click.option("--csv", "as_csv", is_flag=True, help="Print the history as CSV, for programs.")
+@flag("--json", "as_json", help="Print a JSON object, for programs: history, cycles and units.")
+@flag("--csv", "as_csv", help="Print the history as CSV, for programs.")
 def show(**options: Any) -> int:
     """Print the result OUT as a table, even while it grows.
 
@@ -235,11 +239,11 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
 @repeatable_option("--field", "fields", "NAME,...", "Fields that map and animate show.")
 @click.option(
     "--body",
-    type=click.Choice(["1", "2"]),
+    type=_BODY,
     callback=lambda context, parameter, value: value and int(value),
     help="The body whose stresses are shown, by default 2, or 1 if 2 is rigid; of fatigue parameters by default all.",
 )
-@click.option("--all", "every_kind", is_flag=True, help="All kinds, and a page that shows them, in the folder of -o.")
+@flag("--all", "every_kind", help="All kinds, and a page that shows them, in the folder of -o.")
 @picture_options
 def plot(
     out: Path,
@@ -287,8 +291,71 @@ def export(**options: Any) -> int:
     return export_result(**options)
 
 
-main.add_command(stress)
-main.add_command(fatigue)
+@main.command()
+@result_argument
+@repeatable_option("--body", "bodies", "1|2", "The body, by default 2, or 1 if 2 is rigid.", type=_BODY)
+@repeatable_option(
+    "--depth", "depths", "D", "A depth such as 20 um; by default the surface and graded ones to two contact radii."
+)
+@repeatable_option("--stage", "stages", "S", "The end of stage S; by default the ends of all stages.", type=int)
+@repeatable_option("--step", "steps", "N|N:M", "Increment N, or those with fields from N to M.", type=StepRange())
+@click.option("--cycle", type=_LAST_CYCLE, help="All increments of the last cycle of the load path.")
+@click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")
+@_WINDOW
+@output_option("By default OUT with .stress.h5.", "FILE", "target")
+@overwrite_option("an existing file")
+@threads_option("Threads to use.")
+@quiet_option
+def stress(threads: int, **options: Any) -> int:
+    """Compute the stresses below the surface of the result OUT.
+
+    FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
+    the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
+    """
+    from fretsolve.commands.stress import StressOptions, stress_of_result
+
+    return stress_of_result(StressOptions(threads=available(threads), **options))
+
+
+@main.command()
+@result_argument
+@click.option(
+    "--material",
+    metavar="FILE|KEYS",
+    required=True,
+    help="The constants: a YAML file, or keys such as 'tension_limit=300 MPa,torsion_limit=190 MPa'.",
+)
+@repeatable_option(
+    "--criterion",
+    "criteria",
+    "NAME,...",
+    "crossland, dang-van, findley, mcdiarmid, fatemi-socie or swt.",
+    required=True,
+)
+@click.option(
+    "--average",
+    metavar="KIND:LENGTH",
+    help="Average stresses first: point:20um (at half the length below the surface), line:20um (over twice the length),"
+    " volume:20um (over a cube).",
+)
+@click.option("--cycle", type=_LAST_CYCLE, default="last", show_default=True, help="The cycle to look at.")
+@repeatable_option("--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=_BODY)
+@_WINDOW
+@output_option("By default OUT with .fatigue.h5.", "FILE", "target")
+@overwrite_option("an existing file")
+@threads_option("Threads for stresses.")
+@quiet_option
+def fatigue(threads: int, cycle: str, **options: Any) -> int:
+    """Find where cracks may begin, from the result OUT or from a file of its stresses.
+
+    FILE gets each parameter over depth, x and y with its critical plane, and the utilisation of its limit or the life.
+    The worst places are printed. From a result the stresses of its last cycle are computed first, at the depths of
+    `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
+    no cycle.
+    """
+    from fretsolve.commands.fatigue import FatigueOptions, fatigue_of_result
+
+    return fatigue_of_result(FatigueOptions(threads=available(threads), **options))
 
 
 @main.command()

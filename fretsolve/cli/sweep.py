@@ -9,7 +9,9 @@ from typing import Any
 import click
 
 from fretsolve.cli.options import (
+    FILE,
     WholeNumber,
+    flag,
     output_option,
     overwrite_option,
     picture_options,
@@ -20,7 +22,6 @@ from fretsolve.plots import Sheet
 from fretsolve.system.signals import StopRequest
 
 MOST_JOBS = 1024
-MOST_CASES = 1_000_000
 
 
 @click.group()
@@ -39,6 +40,8 @@ def _engine(context: click.Context, parameter: click.Parameter, value: str) -> s
 
 def _indices(context: click.Context, parameter: click.Parameter, value: str) -> list[int]:
     """Read numbers from a text such as ``3,7-9``."""
+    from fretsolve.sweep import MOST_CASES
+
     found: list[int] = []
     for part in value.split(","):
         match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
@@ -51,11 +54,11 @@ def _indices(context: click.Context, parameter: click.Parameter, value: str) -> 
     return found
 
 
-_FOLDER = click.argument("folder", type=click.Path(readable=False, path_type=Path), metavar="DIR")
+_FOLDER = click.argument("folder", type=FILE, metavar="DIR")
 
 
 @sweep.command("run")
-@click.argument("file", type=click.Path(readable=False, path_type=Path), metavar="SWEEP")
+@click.argument("file", type=FILE, metavar="SWEEP")
 @output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
 @click.option(
     "-j", "--jobs", type=WholeNumber(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."
@@ -69,9 +72,7 @@ _FOLDER = click.argument("folder", type=click.Path(readable=False, path_type=Pat
     metavar="ENGINE",
     help="Where to run: local, slurm, or dask:ADDRESS of a Dask scheduler.",
 )
-@click.option(
-    "--dry-run", "dry", is_flag=True, help="With slurm: write the job script and print how to submit it, without Slurm."
-)
+@flag("--dry-run", "dry", help="With slurm: write the job script and print how to submit it, without Slurm.")
 @quiet_option
 def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, quiet: bool) -> int:
     """Run the cases of SWEEP that have no result yet.
@@ -94,7 +95,7 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, 
 @click.option(
     "--cases", "indices", required=True, callback=_indices, metavar="LIST", help="Numbers of the cases, such as 3,7-9."
 )
-@click.option("--requeue", "requeued", is_flag=True, help="Under Slurm: queue the job again after a signal.")
+@flag("--requeue", "requeued", help="Under Slurm: queue the job again after a signal.")
 def work(folder: Path, indices: list[int], requeued: bool) -> int:
     """Run some cases of a sweep one after another.
 
@@ -127,7 +128,7 @@ def status(folder: Path) -> int:
     "NAME[@STAGE]",
     "A quantity to collect, at the end of a stage (by default the last). By default: what the sweep file names.",
 )
-@click.option("--fields", is_flag=True, help="Link every result in the HDF5 file, as results/ID.")
+@flag("--fields", help="Link every result in the HDF5 file, as results/ID.")
 @overwrite_option("an existing FILE")
 def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields: bool, overwrite: bool) -> int:
     """Collect settings and results of the sweep in DIR into one table.

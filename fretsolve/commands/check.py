@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import DISPLACEMENTS
-from fretsolve.case.keys.expectation import Expectation
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
@@ -31,6 +31,8 @@ SEVERITY = (0, EXIT_MISSED, NoSolutionError.exit_code, CaseError.exit_code, File
 
 JUNIT_MARK = b'<testsuites name="fretsolve check"'
 """In every report as JUnit XML."""
+
+ENDINGS = (".yaml", ".yml")
 
 HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "ok")
 
@@ -87,7 +89,7 @@ class CheckedCase:
 
 
 def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
-    """Check and print each case, those of a folder too, and return the worst exit code.
+    """Check and print each case, also each case of a folder, and return the worst exit code.
 
     Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist, and for a folder without
     cases or that cannot be read.
@@ -107,6 +109,8 @@ def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | N
     code = max((outcome.exit_code for outcome in outcomes), key=SEVERITY.index)
     passed = sum(outcome.exit_code == 0 for outcome in outcomes)
     told = f"; skipped, as they are no cases: {', '.join(map(str, skipped))}" if skipped else ""
+    left_out = [entry for path in cases if path.is_dir() for entry in sorted(path.iterdir()) if _is_passed_over(entry)]
+    told += f"; left out, a folder or a name in capitals: {', '.join(map(str, left_out))}" if left_out else ""
     print(f"{passed} of {len(outcomes)} cases as expected{told}", flush=True)
     if junit is not None:
         write_junit(junit, outcomes)
@@ -122,7 +126,7 @@ def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
     with reported("cannot be read", path):
         if not path.is_dir():
             return [path], []
-        files = sorted(file for file in path.iterdir() if file.suffix in (".yaml", ".yml") and not file.is_dir())
+        files = sorted(file for file in path.iterdir() if file.suffix in ENDINGS and not file.is_dir())
     needed = [key for key, field in Case.model_fields.items() if field.is_required()]
     cases: list[Path] = []
     others: list[Path] = []
@@ -135,6 +139,12 @@ def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
     if not cases:
         raise FileError(f"no YAML file in this folder is a case, with {', '.join(needed)}", path)
     return cases, others
+
+
+def _is_passed_over(entry: Path) -> bool:
+    """Return whether an entry of a folder may hold cases that `cases_at` does not look for."""
+    inner = entry.is_dir() and not entry.name.startswith(".")
+    return inner or (entry.suffix not in ENDINGS and entry.suffix.lower() in ENDINGS)
 
 
 def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:

@@ -8,9 +8,10 @@ from pathlib import Path
 from fretsolve.errors import CaseError
 from fretsolve.export import FORMATS
 from fretsolve.export.selection import stored_step
-from fretsolve.export.xdmf import points_file, require_readable
+from fretsolve.export.tables import require_wear, write_heights, write_history_csv, write_npz
+from fretsolve.export.xdmf import points_file, require_readable, write_xdmf
 from fretsolve.result import Result, open_result
-from fretsolve.stress.names import ComputedFile, opened_computed
+from fretsolve.stress.computed_file import ComputedFile, opened_computed
 from fretsolve.system.files import require_ending, require_free, require_other, writing
 from fretsolve.system.progress import print_warnings
 
@@ -36,7 +37,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         if file_format == "xdmf":
             require_readable(result, target)
         if file_format == "vtk":
-            from fretsolve.export.vtk import require_own_grids
+            from fretsolve.export.vtk import require_own_grids  # loads scipy
 
             with writing(target):
                 require_own_grids(target, overwrite=overwrite)
@@ -47,8 +48,6 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
         if file_format in ("vtk", "xdmf") and not result.fields:
             raise CaseError("no fields are stored; output.fields in the case file chooses them", (), result.path)
         if file_format == "heights":
-            from fretsolve.export.worn_heights import require_wear
-
             if len(steps) > 1:
                 raise CaseError("heights are those of one increment; give --step once", (), result.path)
             require_wear(result, exported[-1] if exported else -1)
@@ -71,8 +70,7 @@ def _export_volumes(
         raise CaseError(f"{what} can be exported to vtk, not to {file_format}; the file itself is HDF5", (), out)
     if steps:
         raise CaseError(f"all of a file of {what} is exported; leave --step out", (), out)
-    from fretsolve.export.volumes_vtk import VOLUME_NAME, write_volumes
-    from fretsolve.export.vtk import require_own_grids
+    from fretsolve.export.vtk import VOLUME_NAME, require_own_grids, write_volumes
 
     target = target or out.with_suffix(FORMATS[file_format])
     require_ending(target, "a vtk file", FORMATS[file_format])
@@ -85,24 +83,17 @@ def _export_volumes(
 
 
 def _write(result: Result, file_format: str, steps: Sequence[int], out: Path, *, exclusive: bool) -> Sequence[str]:
-    """Write the file with the libraries of its format alone, and return warnings; exclusive: replace nothing."""
+    """Write the file, and return warnings; exclusive: replace nothing."""
     if file_format == "vtk":
         from fretsolve.export.vtk import write_vtk
 
         return write_vtk(result, steps, out, exclusive=exclusive)
     if file_format == "xdmf":
-        from fretsolve.export.xdmf import write_xdmf
-
         write_xdmf(result, steps, out, exclusive=exclusive)
     elif file_format == "heights":
-        from fretsolve.export.worn_heights import write_heights
-
         write_heights(result, steps[-1], out, exclusive=exclusive)
+    elif file_format == "csv":
+        write_history_csv(result, out, exclusive=exclusive)
     else:
-        from fretsolve.export.tables import write_history_csv, write_npz
-
-        if file_format == "csv":
-            write_history_csv(result, out, exclusive=exclusive)
-        else:
-            write_npz(result, steps, out, exclusive=exclusive)
+        write_npz(result, steps, out, exclusive=exclusive)
     return ()

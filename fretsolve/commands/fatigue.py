@@ -9,22 +9,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
-from fretsolve.case.keys.fatigue_spec import KINDS
+from fretsolve.case.keys.output_spec import KINDS
 from fretsolve.case.other_names import nearest
 from fretsolve.case.problems import together
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.commands.stress import FileOptions, FileOrder, compute_with_messages
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average
-from fretsolve.fatigue.cycle import not_closed
-from fretsolve.fatigue.fatigue_file import FatigueCycles, Worst, write_fatigue
-from fretsolve.fatigue.material_file import read_material
+from fretsolve.fatigue.fatigue_file import Worst, write_fatigue
 from fretsolve.fatigue.names import CRITERIA, fatigue_path
-from fretsolve.fatigue.of_result import cycles_of, stresses_beside, stresses_of_cycle
-from fretsolve.fatigue.request import SMALLER, FatigueRequest
-from fretsolve.fatigue.stress_cycle import StressCycle
+from fretsolve.fatigue.request import SMALLER, FatigueRequest, read_material, stresses_of_cycle
+from fretsolve.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, not_closed, stresses_beside
 from fretsolve.result import open_result
-from fretsolve.stress.names import OUTERMOST, opened_computed
+from fretsolve.stress.computed_file import opened_computed
+from fretsolve.stress.names import OUTERMOST
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.progress import counting_bar, print_warnings

@@ -12,12 +12,6 @@ from fretsolve.system.files import require_ending, require_free, writing
 HEIGHTS = "HEIGHTS"
 """Placeholder of a template for the name of its height map."""
 
-POINTS, SPACING = 128, 8e-3
-"""Points per side of the height map, and their spacing (mm)."""
-
-RMS, HURST, LONGEST, SHORTEST = 1e-4, 0.8, 0.25, 0.064
-"""Rms height (mm), Hurst exponent, longest and shortest wave (mm) of the synthetic roughness."""
-
 
 def new_case(kind: str, out: Path) -> int:
     """Write the case and its height map, if it has one; return the exit code. Raises CaseError, FileError."""
@@ -39,12 +33,13 @@ def _heights() -> str:
     """Return a self-affine surface as a matrix of text in um: waves of random phase, weaker the shorter they are."""
     import numpy as np
 
-    random = np.random.default_rng(1)
-    wave = np.hypot(np.fft.fftfreq(POINTS, SPACING)[:, None], np.fft.rfftfreq(POINTS, SPACING)[None, :])
-    amplitude = np.maximum(wave, 1.0 / LONGEST) ** -(1.0 + HURST)
-    amplitude[wave > 1.0 / SHORTEST] = amplitude[0, 0] = 0.0
-    heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(POINTS, POINTS))
-    heights *= 1e3 * RMS / heights.std()
+    random, points, spacing = np.random.default_rng(1), 128, 8e-3  # mm
+    hurst, longest, shortest, rms = 0.8, 0.25, 0.064, 0.1  # waves in mm, heights in um
+    wave = np.hypot(np.fft.fftfreq(points, spacing)[:, None], np.fft.rfftfreq(points, spacing)[None, :])
+    amplitude = np.maximum(wave, 1.0 / longest) ** -(1.0 + hurst)
+    amplitude[wave > 1.0 / shortest] = amplitude[0, 0] = 0.0
+    heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(points, points))
+    heights *= rms / heights.std()
     return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"
 
 

@@ -14,7 +14,7 @@ from fretsolve.export.selection import stored_step
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
-from fretsolve.stress.halfspace.influence import Body
+from fretsolve.stress.influence import Body
 from fretsolve.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.stress.peaks import Key, Peak
 from fretsolve.stress.request import (
@@ -35,9 +35,6 @@ from fretsolve.system.progress import counting_bar, print_warnings
 TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
 
 WINDOW_KINDS: dict[str, WindowChoice] = {"auto": "auto", "all": "all"}
-
-LARGE_FILE = 1e9
-"""Bytes from which the size of the file is printed before it is written."""
 
 
 @dataclass(frozen=True)
@@ -77,13 +74,8 @@ class FileOptions:
         """The cells: auto, all, or a margin (mm). Raises CaseError."""
         if self.window in WINDOW_KINDS:
             return WINDOW_KINDS[self.window]
-        try:
-            margin = to_internal(self.window, LENGTH)
-        except QuantityError as error:
-            raise CaseError(f"{error}; auto, all, or a margin such as 0.5mm is needed", (), "--window") from None
-        if margin < 0.0:
-            raise CaseError(f"{self.window!r} is negative; a margin around the contact is needed", (), "--window")
-        return margin
+        needed = "a margin around the contact is needed"
+        return length_of("--window", self.window, needed, "; auto, all, or a margin such as 0.5mm is needed")
 
     def order(self, usual: Path, contents: str, source: str, advice: str = AS_OPTIONS) -> FileOrder:
         """Return the order of a file, by default `usual`. Raises CaseError, FileError if the file cannot be written.
@@ -113,7 +105,8 @@ def stress_of_result(options: StressOptions) -> int:
 
     Raises CaseError, FileError.
     """
-    depths = [_depth(text) for text in options.depths]
+    needed = "a depth is the distance from the surface into a body"
+    depths = [length_of("--depth", text, needed) for text in options.depths]
     with open_result(options.out) as result:
         order = options.order(stress_path(result.path), "stresses", "the result itself")
         tractions, bodies = TractionHistory(result), options.body_numbers
@@ -146,7 +139,7 @@ def compute_with_messages(
     if (problem := disk_problem(request, free_bytes(target), order.advice)) is not None:
         raise FileError(problem, path)
     print_warnings(path, *warnings_of(request, tractions))
-    if not order.quiet and request.file_bytes > LARGE_FILE:
+    if not order.quiet and request.file_bytes > 1e9:
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
     with counting_bar("layers", layers, shown=not order.quiet and sys.stdout.isatty()) as show, writing(target):
@@ -189,15 +182,18 @@ def _count(values: Sequence[object], noun: str) -> str:
     return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
 
 
-def _depth(text: str) -> float:
-    """Return a depth in mm. Raises CaseError."""
+def length_of(option: str, text: str, needed: str, instead: str = "") -> float:
+    """Return the value of an option in mm. Raises CaseError.
+
+    needed: what a negative value should be; instead: what a value that is no length should be.
+    """
     try:
-        depth = to_internal(text, LENGTH)
+        length = to_internal(text, LENGTH)
     except QuantityError as error:
-        raise CaseError(str(error), (), "--depth") from None
-    if depth < 0.0:
-        raise CaseError(f"{text!r} is negative; a depth is the distance from the surface into a body", (), "--depth")
-    return depth
+        raise CaseError(f"{error}{instead}", (), option) from None
+    if length < 0.0:
+        raise CaseError(f"{text!r} is negative; {needed}", (), option)
+    return length
 
 
 def _increments(result: Result, options: StressOptions) -> list[int]:

@@ -9,23 +9,22 @@ from fretsolve.commands.messages.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.export.text_report import report_console
-from fretsolve.study.assessment import Assessment, assess
-from fretsolve.study.plan import NOUNS, StudyPlan, StudyRequest, make_study_plan
-from fretsolve.study.report import advice, failures, notes, tables
-from fretsolve.study.result_files import (
+from fretsolve.study.assessment import (
     CSV_NAME,
     HDF5_NAME,
     PICTURE_NAME,
+    Assessment,
+    assess,
     require_own_folder,
     write_study_csv,
     write_study_hdf5,
 )
-from fretsolve.study.variation import words
+from fretsolve.study.plan import NOUNS, StudyPlan, StudyRequest, make_study_plan
+from fretsolve.study.report import advice, failures, notes, tables
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.manifest import MANIFEST_NAME
-from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.manifest import MANIFEST_NAME, states
+from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import listed
-from fretsolve.sweep.status import missing, own_attributes, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import make_folder, writing
 from fretsolve.system.progress import print_error_line
@@ -46,11 +45,11 @@ def study_case(request: StudyRequest, out: Path | None, stop: StopRequest, *, qu
     for row in plan.manifest.rows:
         if plan.manifest.result(row).exists():
             try:
-                own_attributes(plan.manifest, row)
+                plan.manifest.own_attributes(row)
             except FileError as error:
                 raise FileError(f"{error.message}; remove it to run the case again", error.file) from error
     make_folder(folder)
-    messages = CaseMessages(plan.manifest, missing(plan.manifest), len(plan.cases), quiet=quiet, bar=True)
+    messages = CaseMessages(plan.manifest, plan.manifest.missing(), len(plan.cases), quiet=quiet, bar=True)
     messages.start(case, folder, _warnings(plan), _about_reference(plan))
     outcomes = _run(plan, stop, messages)
     complete = len(outcomes) == len(plan.cases)
@@ -84,9 +83,9 @@ def _about_reference(plan: StudyPlan) -> Iterator[str]:
         yield f"({plan.why_unknown})"
 
 
-def _run(plan: StudyPlan, stop: StopRequest, messages: CaseMessages) -> list[Outcome]:
+def _run(plan: StudyPlan, stop: StopRequest, messages: CaseMessages) -> list[CaseOutcome]:
     """Run what is missing, and return the outcomes in the order of the plan; fewer of them if a signal has come."""
-    outcomes: list[Outcome] = []
+    outcomes: list[CaseOutcome] = []
     with messages.progress():
         reports = run_serially(plan.cases, stop, messages.increment)
         for case, report in zip(plan.cases, reports, strict=False):
@@ -139,9 +138,8 @@ def _require_comparison(source: Path, study: Assessment) -> None:
     failed = [row for row in study.rows if row.outcome.failure]
     for row in failed:
         if row.is_reference:
-            settings = words(row.case.settings, line=row.case.setup.model.line)
             raise NoSolutionError(
-                f"the reference ({settings}) has no solution, so no {study.difference}s are known:"
+                f"the reference ({row.words}) has no solution, so no {study.difference}s are known:"
                 f" {row.outcome.failure}"
             )
     if len(failed) == len(study.rows):

@@ -9,22 +9,25 @@ from fretsolve.commands.messages.case_messages import CaseMessages, none_solved
 from fretsolve.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError, printable
 from fretsolve.plots.sheet import Sheet
-from fretsolve.study.result_files import HDF5_NAME
+from fretsolve.study.assessment import HDF5_NAME
 from fretsolve.sweep.beginnings import remove_beginnings
-from fretsolve.sweep.case_run import Report
-from fretsolve.sweep.engines.slurm import requeue, submit
 from fretsolve.sweep.manifest import (
+    CaseState,
     Manifest,
     ManifestRow,
+    RunReport,
+    counted,
     index_list,
     read_manifest,
     require_no_link,
     require_own,
+    state_of,
+    states,
     write_manifest,
 )
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import ALL_NAMES, read_quantity
-from fretsolve.sweep.status import CaseState, counted, is_taken, missing, state_of, states
+from fretsolve.sweep.slurm import requeue, submit
 from fretsolve.sweep.table import collect, require_tables, writer_of
 from fretsolve.system.environment import processors
 from fretsolve.system.files import require_free
@@ -50,7 +53,7 @@ def run_sweep(
     plan = make_sweep_plan(sweep, folder)
     stop.idle = False
     write_manifest(plan.manifest)
-    todo = missing(plan.manifest)
+    todo = plan.manifest.missing()
     messages = CaseMessages(plan.manifest, todo, quiet=quiet)
     messages.start(sweep, folder, plan.warnings)
     if todo and engine == "slurm":
@@ -64,28 +67,28 @@ def run_sweep(
 
 def _run(
     manifest: Manifest, todo: Sequence[ManifestRow], jobs: int | None, engine: str, stop: StopRequest
-) -> Iterator[Report]:
+) -> Iterator[RunReport]:
     # The engines load pebble or Dask, which planning, Slurm, collecting and drawing do without.
-    from fretsolve.sweep.engines.worker_pool import in_rounds, run_cases
+    from fretsolve.sweep.worker_pool import in_rounds, run_cases
 
     if engine.startswith("dask:"):
-        from fretsolve.sweep.engines.dask import run_on_dask
+        from fretsolve.sweep.dask import run_on_dask
 
         return run_on_dask(manifest, todo, engine.removeprefix("dask:"), stop, print_error_line)
     at_once = jobs or max(1, processors() // manifest.threads)
 
-    def run(left: list[ManifestRow]) -> Iterator[Report]:
-        return run_cases(manifest, (row for row in left if not is_taken(manifest, row)), at_once, stop)
+    def run(left: list[ManifestRow]) -> Iterator[RunReport]:
+        return run_cases(manifest, (row for row in left if not manifest.is_taken(row)), at_once, stop)
 
     return in_rounds(manifest, todo, stop, print_error_line, run)
 
 
 def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: bool = False) -> int:
-    """Run those of the cases `indices` that have no result, one after another; for job scripts of any scheduler.
+    """Run the cases `indices` that have no result, one after another; for job scripts of any scheduler.
 
     requeued: have Slurm run this task again if a signal stops it, unless it has saved nothing.
     """
-    from fretsolve.sweep.engines.worker_pool import run_cases  # on demand, as in `_run`
+    from fretsolve.sweep.worker_pool import run_cases  # on demand, as in `_run`
 
     manifest = read_manifest(folder)
     require_no_link(folder)
@@ -93,10 +96,10 @@ def work(folder: Path, indices: Sequence[int], stop: StopRequest, *, requeued: b
     if max(indices) > last:
         raise CaseError(f"--cases {index_list(indices)}: there are the cases 0 to {last}", (), folder)
     rows = [manifest.rows[index] for index in indices]
-    todo = missing(manifest, {row.id: row for row in rows}.values())
+    todo = manifest.missing({row.id: row for row in rows}.values())
     before = _progress(manifest, todo)
     reports = _shown(run_cases(manifest, todo, 1, stop), CaseMessages(manifest, todo))
-    if not stop.requested or not missing(manifest, todo):
+    if not stop.requested or not manifest.missing(todo):
         return _worst_code(report.code for report in reports if not report.has_result and not report.busy)
     if requeued and _progress(manifest, todo) == before:
         print_error_line("no increment was saved before the signal: not requeued; more time is needed")
@@ -132,7 +135,7 @@ def status(folder: Path) -> int:
     return 0
 
 
-def _shown(reports: Iterable[Report], messages: CaseMessages) -> list[Report]:
+def _shown(reports: Iterable[RunReport], messages: CaseMessages) -> list[RunReport]:
     """Print each report as it comes, and what is wrong with it; return all of them."""
     found = []
     for report in reports:
@@ -146,7 +149,7 @@ def _shown(reports: Iterable[Report], messages: CaseMessages) -> list[Report]:
     return found
 
 
-def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], stop: StopRequest) -> int:
+def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[RunReport], stop: StopRequest) -> int:
     """Print how the sweep ended, by `reports` or else by the files.
 
     Return 0 if every case has a result, else the code of the worst. Raises NoSolutionError if no case has a solution.
@@ -155,7 +158,7 @@ def _conclude(sweep: Path, messages: CaseMessages, reports: Sequence[Report], st
     found = list(states(manifest, reports))
     _name_damaged(manifest, found)
     messages.end(found)
-    if not missing(manifest):
+    if not manifest.missing():
         remove_beginnings(manifest.folder)
     code = _worst_code(one.exit_code or EXIT_STOPPED for one in found if not one.has_result)
     if code:

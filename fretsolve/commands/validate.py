@@ -6,7 +6,6 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import yaml
 
@@ -21,16 +20,14 @@ from fretsolve.commands.messages.case_summary import (
     model_table,
     path_length,
     stage_lines,
+    wear_lines,
 )
 from fretsolve.errors import CaseError, FileError
 from fretsolve.setup.cost_estimate import estimate, rounded_bytes, rounded_time
+from fretsolve.setup.line_forms import LineClosedForms
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.setup.warnings import case_warnings
-from fretsolve.setup.warnings.resolution import cells_across, cylinder_contact
+from fretsolve.setup.warnings import case_warnings, cells_across, cylinder_contact
 from fretsolve.system.progress import print_warnings
-
-if TYPE_CHECKING:
-    from fretsolve.setup.closed_forms.line_forms import LineClosedForms
 
 NO_STICK_RADIUS = "no closed form gives the stick radius under a tangential load between unlike bodies"
 
@@ -42,7 +39,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
         try:
             setup = set_up(read_case(path, pipe=True).case(overrides))
             if setup.case.output.fatigue is not None:
-                from fretsolve.fatigue.of_case import require_fatigue
+                from fretsolve.fatigue.request import require_fatigue
 
                 require_fatigue(setup)
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
@@ -71,10 +68,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
-    if setup.case.wear is not None:
-        from fretsolve.commands.messages.wear_summary import wear_lines  # few cases have wear
-
-        yield from wear_lines(setup)
+    yield from wear_lines(setup)
     yield "\n# cost"
     yield from cost_lines(setup)
 
@@ -88,8 +82,8 @@ def effective_yaml(setup: ProblemSetup) -> str:
 def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
     """Yield Hertz's or Boussinesq's contact at the largest normal load, the loads of gross slip, the smallest stick."""
     forms, modulus = setup.closed_forms, setup.model.compliances.contact_modulus
-    if setup.model.line:
-        yield from line_form_lines(setup)
+    if isinstance(forms, LineClosedForms):
+        yield from line_form_lines(setup, forms)
         return
     hertz, punch, stick = forms.largest, forms.punch, forms.smallest_stick
     coupled = setup.model.has_shear and setup.model.terms.normal_tangential_coupling
@@ -138,21 +132,15 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
 
 def _sphere_under_bulk(setup: ProblemSetup) -> str:
     """Return the stick zone of a sphere under a force and bulk stress in words, or why no closed form gives it."""
-    from fretsolve.setup.closed_forms.bulk_forms import (  # few cases have bulk stress
-        NoClosedFormError,
-        sphere_under_bulk,
-    )
-
-    try:
-        forms = setup.closed_forms
-        stage, found = sphere_under_bulk(forms.model, forms.hertz, forms.loads)
-    except NoClosedFormError as error:
-        return f"no closed form gives the stick zone under this bulk stress: {error}"
-    x = setup.case.surface[0].center[0] + found.stick_center
-    cells = 2.0 * found.stick_radius / max(setup.grid.dx, setup.grid.dy)
+    found = setup.closed_forms.under_bulk
+    if isinstance(found, str):
+        return f"no closed form gives the stick zone under this bulk stress: {found}"
+    stage, form = found
+    x = setup.case.surface[0].center[0] + form.stick_center
+    cells = 2.0 * form.stick_radius / max(setup.grid.dx, setup.grid.dy)
     return (
-        f"smallest stick radius c = {found.stick_radius:.6g} mm, {cells:.1f} cells across, its middle at x ="
-        f" {x:.6g} mm, at the end of stage {stage + 1} (Cattaneo-Mindlin, shifted)"
+        f"smallest stick radius c = {form.stick_radius:.6g} mm, {cells:.1f} cells across, its middle at x ="
+        f" {x:.6g} mm, at the end of stage {stage + 1} ({form.source})"
     )
 
 
@@ -167,20 +155,16 @@ def cylinder_lines(setup: ProblemSetup) -> Iterator[str]:
     yield f"a/R = {a / contact.radius:.3g}, p0/E* = {p0 / modulus:.3g}, E* = {modulus:.6g} MPa"
     yield f"{cells_across(setup):.1f} cells across the contact"
     yield "the ends carry more than that, and the middle some per cent less"
-    force, _, _ = setup.closed_forms.gross_slip(max(load.get("P", 0.0) for load in setup.closed_forms.loads))
+    force, _, _ = setup.closed_forms.gross_slip(setup.closed_forms.largest_force)
     if force and math.isfinite(force):
         yield f"gross slip begins at Q = mu P = {force:.6g} N"
 
 
-def line_form_lines(setup: ProblemSetup) -> Iterator[str]:
+def line_form_lines(setup: ProblemSetup, forms: LineClosedForms) -> Iterator[str]:
     """Yield the line contact at the largest load, the force of gross slip and the smallest stick zone."""
-    from fretsolve.setup.closed_forms.line_forms import LineClosedForms
-
-    forms, grid = setup.closed_forms, setup.grid
-    if not isinstance(forms, LineClosedForms) or (contact := forms.widest) is None:
+    if (contact := forms.widest) is None:
         return
-    stick = forms.smallest_stick
-    modulus = setup.model.compliances.contact_modulus
+    grid, stick, modulus = setup.grid, forms.smallest_stick, setup.model.compliances.contact_modulus
     yield f"\n# {forms.source} at the largest load"
     name = "p0" if forms.source == "Hertz" else "largest pressure"
     a, p0 = contact.half_width, contact.max_pressure

@@ -13,7 +13,7 @@ from fretsolve.model.materials import Compliances
 from fretsolve.model.required_terms import Terms
 
 if TYPE_CHECKING:
-    from fretsolve.model.orthotropy import Orthotropy
+    from fretsolve.model.materials import Orthotropy
 
 
 def operator_on(

@@ -6,7 +6,7 @@ from typing import Any
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.preconditioner import Preconditioner
-from fretsolve.model.orthotropy import Orthotropy
+from fretsolve.model.materials import Orthotropy
 from fretsolve.system.arrays import FloatArray
 
 

@@ -28,7 +28,7 @@ class BodySurface:
     """The deformed surface of a body.
 
     points: (3, nx, ny) in mm, z towards body 1. displacement: rigid plus elastic, (3, nx, ny) in mm; `points` include
-    it. material: where the body has material, (nx, ny); elsewhere z is that of its highest point.
+    it. material: where the body has material, (nx, ny); elsewhere z is the z of its highest point.
     """
 
     name: str

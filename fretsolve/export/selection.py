@@ -63,6 +63,11 @@ def stored_step(result: Result, step: int) -> int:
     return found
 
 
+def first_and_last(rows: IndexArray, most: int, first: int) -> IndexArray:
+    """Return all of at most `most` rows, of more the `first` ones and the last ones."""
+    return rows if len(rows) <= most else np.concatenate([rows[:first], rows[first - most :]])
+
+
 def rows_of_stick_zones(history: Mapping[str, DoubleArray]) -> IndexArray:
     """Return for each increment the one whose stick zone to show: itself, or that before a change by wear.
 
@@ -75,7 +80,7 @@ def rows_of_stick_zones(history: Mapping[str, DoubleArray]) -> IndexArray:
 def relevant_columns(result: Result) -> list[str]:
     """Return the names of the columns above round-off; `P` and `delta_z` always, unless unknown.
 
-    Widths of a zone that is a circle are left out, as its radius says the same, and middles at the origin.
+    Widths of a zone that is a circle are left out, as its radius tells them, and so are middles at the origin.
     """
     return [name for name in _COLUMNS if name in result.history and _is_relevant(result, name)]
 
@@ -128,7 +133,7 @@ def round_off(result: Result, name: str) -> float:
 def unit_for_people(result: Result, name: str) -> tuple[str, float]:
     """Return the unit of a column of the history in a table, and the factor to it: small displacements are in um.
 
-    Their error bars and corrected values have the same.
+    Error bars and corrected values have the unit of their column.
     """
     own = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
     if own not in DISPLACEMENTS:

@@ -1,4 +1,4 @@
-"""Write the history as CSV, and all of a result as an ``.npz`` of NumPy."""
+"""Write a result as tables and arrays: the history as CSV, all of it as an ``.npz``, worn surfaces as height maps."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.errors import CaseError
 from fretsolve.result import Result
 from fretsolve.system import atomic_files
 
 
 def write_history_csv(result: Result, path: Path, *, exclusive: bool) -> None:
     """Write the history: a row per increment, units in the header, every digit of every number. Raises OSError."""
-    units = {name: result.units(name) for name in result.history}
     text = io.StringIO(newline="")
     writer = csv.writer(text)
-    writer.writerow(csv_heading(units))
+    writer.writerow(csv_heading({name: result.units(name) for name in result.history}))
     writer.writerows(zip(*(column.tolist() for column in result.history.values()), strict=True))
     atomic_files.write_text(path, text.getvalue(), exclusive=exclusive)
 
@@ -35,7 +35,7 @@ def csv_heading(units: Mapping[str, str]) -> list[str]:
 def write_npz(result: Result, steps: Sequence[int], path: Path, *, exclusive: bool) -> None:
     """Write the columns of the history and the fields of `steps`, ``(steps, nx, ny)``, by their names.
 
-    Further arrays are `x`, `y` (mm), `field_steps`, and as text `units` (JSON: that of each name), `effective_case`
+    Further arrays are `x`, `y` (mm), `field_steps`, and as text `units` (JSON: a unit per name), `effective_case`
     (JSON) and `case_yaml`. Holds one increment of one field at a time. Raises OSError, FileError.
     """
     names = [*result.history, *result.fields, "x", "y"]
@@ -70,3 +70,34 @@ def _write_array(
         np.lib.format.write_array_header_2_0(member, header)
         for part in parts:
             member.write(np.ascontiguousarray(part, dtype).data)
+
+
+def require_wear(result: Result, step: int) -> None:
+    """Raise CaseError unless the worn depth at an increment is stored."""
+    if "wear" not in result.effective_case:
+        raise CaseError("nothing is worn, since the case has no wear", (), result.path)
+    if "wear_depth" not in result.fields or step not in result.steps:
+        message = "the worn depth is not stored; wear_depth in output.fields of the case file stores it"
+        raise CaseError(message, (), result.path)
+
+
+def write_heights(result: Result, step: int, path: Path, *, exclusive: bool) -> None:
+    """Write the worn depth and the worn separation after an increment as maps in mm, with spacing and middle.
+
+    `wear_depth` is that of both bodies together, which adds to the surfaces of the case; `separation` is the sum, NaN
+    without material. Raises OSError, FileError, CaseError.
+    """
+    from fretsolve.model.surface import separation  # loads pydantic, which no other table needs
+
+    depth = np.asarray(result.field("wear_depth", step), np.float64)
+    maps = {"wear_depth": (depth, "worn depth of both bodies together, which adds to the separation")}
+    if result.case is not None:
+        worn = separation(result.case.surface, result.x, result.y) + depth
+        worn[~np.isfinite(worn)] = np.nan
+        maps["separation"] = (worn, "separation of the worn surfaces where they do not touch")
+    spacing = [float(np.diff(axis).mean()) for axis in (result.x, result.y) if len(axis) > 1]
+    middle = [0.5 * float(axis[0] + axis[-1]) for axis in (result.x, result.y)]
+    with atomic_files.new_hdf5(path, exclusive=exclusive) as file:
+        for name, (values, meaning) in maps.items():
+            dataset = file.create_dataset(name, data=values, compression="gzip", shuffle=True)
+            dataset.attrs.update({"units": "mm", "spacing": spacing, "center": middle, "long_name": meaning})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
@@ -13,37 +13,45 @@ from rich.markup import escape
 from rich.table import Table
 
 from fretsolve.case.dimensions import cell_counts, counted, in_small_unit
-from fretsolve.case.history import FEWEST_SPOT_CELLS, moment_sign
+from fretsolve.case.history import moment_sign
 from fretsolve.errors import printable
+from fretsolve.export.remarks import (
+    about_rows,
+    has_wear,
+    may_have_spots,
+    rows_of_wear,
+    spot_warnings,
+    spots_of,
+    wear_totals,
+)
+from fretsolve.export.report_tables import (
+    TextColumn,
+    about_spots,
+    about_tiny_values,
+    cycle_columns,
+    error_columns,
+    spot_columns,
+)
 from fretsolve.export.selection import (
     RESIDUALS,
+    first_and_last,
     relevant_columns,
     round_off,
     rows_of_stick_zones,
     total_cost,
     unit_for_people,
 )
-from fretsolve.export.wear_report import about_rows, has_wear, rows_of_wear, wear_totals
 from fretsolve.result import Result
 from fretsolve.result.state import ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import verdict_of, why_no_bars
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
-if TYPE_CHECKING:  # few results have several spots
-    from fretsolve.export.spots import Spot
-
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
-MOST_SPOTS = 10
-"""Spots of contact that a table has."""
-
 MOST_STAGES, FIRST_STAGES = 60, 6
 """Stages up to which a table has all, and how many of the first of more, before the last ones."""
-
-TextColumn = tuple[str, ...]
-"""A column as printed, line by line: three lines of heading, of which the last is the unit, and the cells."""
 
 
 def report_console(file: IO[str] | None = None) -> Console:
@@ -72,12 +80,16 @@ def print_report(
     for line in _summary(result) if heading else []:
         console.print(escape(line), soft_wrap=True)
     tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
-    spots = _spots(result)
-    errors = _error_table(result) if columns is None else []
-    for table in (*tables, *_cycle_tables(result, console.width), *_spot_table(spots), *errors):
+    tables += _cycle_tables(result, console.width)
+    spots = spots_of(result) if may_have_spots(result) else []
+    if len(spots) > 1:
+        tables.append(_table(spot_columns(spots)))
+    if columns is None and "P" + ERROR_SUFFIX in result.history and result.increments:
+        tables.append(_table(error_columns(result)))
+    for table in tables:
         console.print()
         console.print(table)
-    for line in (*_totals(result), *_about_spots(spots), *(_changes_of_spots(result) if heading else [])):
+    for line in (*_totals(result), *about_spots(spots), *(spot_warnings(result.history) if heading else [])):
         console.print(escape(line), soft_wrap=True)
 
 
@@ -111,15 +123,15 @@ def history_tables(
 
     One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
     cycle are left out, of which the row of the change after it tells, with the stick zone at the cycle's end. columns:
-    by default all but those of round-off.
+    by default all columns above round-off.
     """
     rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
     if not len(rows):
         return []
     if has_wear(result) and not every_increment:
         rows = rows_of_wear(result, rows)
-    if not every_increment and len(rows) > MOST_STAGES:
-        rows = np.concatenate([rows[:FIRST_STAGES], rows[FIRST_STAGES - MOST_STAGES :]])
+    if not every_increment:
+        rows = first_and_last(rows, MOST_STAGES, FIRST_STAGES)
     fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
     of_stick = rows_of_stick_zones(result.history)[rows]
     shown: list[TextColumn] = []
@@ -130,79 +142,18 @@ def history_tables(
         shown.append((*_heading(name), unit, *cells))
     if columns is None:
         shown.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
-    return [_table([*fixed, *part]) for part in _split(shown, width - sum(map(_width, fixed)))]
+    return _tables(fixed, shown, width)
 
 
 def _cycle_tables(result: Result, width: int) -> list[Table]:
-    """Return the table of cycles, or several of at most `width` characters, and that of corrected values, if any."""
+    """Return tables of cycles of at most `width` characters, as run and with corrected values, if there are any."""
     if (cycles := result.cycles) is None:
         return []
-    from fretsolve.export.cycle_report import cycle_columns  # few results have cycles
-
     as_run, corrected = (cycle_columns(cycles, corrected=one) for one in (False, True))
     differ = any(column[3:] not in [one[3:] for one in as_run] for column in corrected)
     return [
-        _table([number, *part])
-        for number, *columns in ((as_run, corrected) if differ else (as_run,))
-        for part in _split(columns, width - _width(number))
+        table for one in ((as_run, corrected) if differ else (as_run,)) for table in _tables(one[:1], one[1:], width)
     ]
-
-
-def _spots(result: Result) -> list[Spot]:
-    """Return the spots at the last increment with fields, if there are several."""
-    from fretsolve.export.spots import may_have_spots, spots_of  # few results have several
-
-    spots = spots_of(result) if may_have_spots(result) else []
-    return spots if len(spots) > 1 else []
-
-
-def _spot_table(spots: Sequence[Spot]) -> list[Table]:
-    """Return a table of the spots with the largest loads, if there are several."""
-    if not spots:
-        return []
-
-    reach = max(math.sqrt(spot.area) for spot in spots)
-
-    def numbers(name: str, factor: float = 1.0) -> tuple[str, ...]:
-        values = [getattr(spot, name) for spot in spots[:MOST_SPOTS]]
-        least = 1e-6 * max(abs(value or 0.0) for value in (*values, reach if name in "xy" else 0.0))
-        least = max(least, 1e-6 * abs(spots[0].P)) if name in ("Qx", "Qy") else least
-        return tuple(_number(value, factor, least) for value in values)
-
-    places = tuple(map(str, range(1, len(spots[:MOST_SPOTS]) + 1)))
-    columns = [("", "spot", "", *places), ("", "cells", "", *numbers("cells")), ("", "area", "mm^2", *numbers("area"))]
-    columns += [("", name, "N", *numbers(name)) for name in ("P", "Qx", "Qy")]
-    columns.append(("stick", "cells", "%", *numbers("stick", 100.0)))
-    columns += [("centre", name, "mm", *numbers(name)) for name in ("x", "y")]
-    return [_table(columns)]
-
-
-def _number(value: float | None, factor: float, least: float) -> str:
-    """Return a value times a factor, 0 up to `least`, a dash if it is not known."""
-    return "-" if value is None else f"{factor * value:.4g}" if abs(value) > least else "0"
-
-
-def _about_spots(spots: Sequence[Spot]) -> list[str]:
-    """Return a line on the number of spots and on those of few cells."""
-    if not spots:
-        return []
-    small = sum(spot.cells < FEWEST_SPOT_CELLS for spot in spots)
-    shown = f", of which the table has the {MOST_SPOTS} with the largest P" if len(spots) > MOST_SPOTS else ""
-    few = (
-        f"; {small} of them have fewer than {FEWEST_SPOT_CELLS} cells, so that their sizes and loads are rough"
-        if small
-        else ""
-    )
-    return [f"{len(spots)} spots of contact at the last increment{shown}{few}"]
-
-
-def _changes_of_spots(result: Result) -> list[str]:
-    """Return sentences on the number of spots in the whole history, of which `fretsolve run` warns itself."""
-    if "spots" not in result.history:
-        return []
-    from fretsolve.export.spots import spot_warnings  # few results have several
-
-    return spot_warnings(result.history)
 
 
 def _heading(name: str) -> tuple[str, str]:
@@ -212,15 +163,6 @@ def _heading(name: str) -> tuple[str, str]:
         return stem, axis
     first, _, second = stem.rpartition("_")
     return (first, f"{second}_{axis}") if first else ("", name)  # delta_x stays in one line
-
-
-def _error_table(result: Result) -> list[Table]:
-    """Return a table of the last values with their estimated errors, if the result has any."""
-    if "P" + ERROR_SUFFIX not in result.history or not result.increments:
-        return []
-    from fretsolve.export.error_table import error_columns  # few results have error bars
-
-    return [_table(error_columns(result))]
 
 
 def _totals(result: Result) -> list[str]:
@@ -233,8 +175,6 @@ def _totals(result: Result) -> list[str]:
     name = max(RESIDUALS, key=lambda residual: history[residual][step])
     seconds, applications = total_cost(result)
     if "coarse_runs_wall_time" in history:
-        from fretsolve.export.error_table import about_tiny_values
-
         for_errors = float(history["coarse_runs_wall_time"].sum())
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
         lines += about_tiny_values(result)
@@ -281,10 +221,14 @@ def _width(column: TextColumn) -> int:
     return 2 + max(map(len, column))
 
 
-def _split(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:
-    """Return the columns in as few parts as `width` allows, and of those ways the one with the most even widths."""
-    narrowest = max(map(_width, columns))
-    return min((_filled(columns, less) for less in range(narrowest, max(width, narrowest) + 1)), key=len)
+def _tables(fixed: Sequence[TextColumn], columns: Sequence[TextColumn], width: int) -> list[Table]:
+    """Return `columns` in as few tables as `width` allows, each of which begins with the `fixed` ones.
+
+    Of the ways to split them the most even one is chosen.
+    """
+    narrowest, most = max(map(_width, columns)), width - sum(map(_width, fixed))
+    parts = min((_filled(columns, less) for less in range(narrowest, max(most, narrowest) + 1)), key=len)
+    return [_table([*fixed, *part]) for part in parts]
 
 
 def _filled(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:

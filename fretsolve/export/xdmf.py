@@ -17,8 +17,7 @@ from numpy.typing import DTypeLike
 from fretsolve.errors import CaseError
 from fretsolve.export.selection import stored_names
 from fretsolve.result import Result
-from fretsolve.result.layout import is_single, stored_fields
-from fretsolve.result.storage import create_field
+from fretsolve.result.layout import create_field, is_single, stored_fields
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_utf8
 
@@ -79,7 +78,7 @@ def _document(result: Result, steps: Sequence[int], stored: Sequence[int], sourc
         yield f'<Topology TopologyType="3DSMesh" Dimensions="1 {shape}"/>\n<Geometry GeometryType="XYZ">'
         yield f'<DataItem Dimensions="1 {shape} 3" {_type(np.float64)} Format="HDF">{escape(points)}:/points</DataItem>'
         yield "</Geometry>"
-        # each field is a slab of the dataset that holds those of all increments
+        # each field is a slab of the dataset, which holds the field of all increments
         slab = f"{stored.index(step)} 0 0 1 1 1 1 {shape}"
         for name in result.fields:
             whole = f'Dimensions="{len(stored)} {shape}" {_type(result.field_type(name))} Format="HDF"'

@@ -12,8 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import correlate1d
 
-from fretsolve.case.keys.fatigue_spec import AverageKind
+from fretsolve.case.keys.output_spec import AverageKind
 from fretsolve.errors import CaseError
 from fretsolve.system.arrays import DoubleArray
 
@@ -77,8 +78,6 @@ class Average:
         below: DoubleArray = np.einsum("...dxy,d->...xy", stress, weights)
         if self.kind != "volume":
             return below
-        from scipy.ndimage import correlate1d
-
         for axis, side in ((-2, cell[0]), (-1, cell[1])):
             if below.shape[axis] > 1:
                 below = correlate1d(below, box_weights(self.length / side), axis=axis, mode="nearest")

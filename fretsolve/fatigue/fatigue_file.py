@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,25 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
-from fretsolve.case.keys.material_spec import Material
-from fretsolve.errors import FileError
-from fretsolve.fatigue.criteria.by_name import FatigueField, fatigue_field
-from fretsolve.fatigue.criteria.critical_plane import SCAN_STEP
-from fretsolve.fatigue.names import WORST_NAMES, dataset_name
-from fretsolve.fatigue.request import FatigueRequest
-from fretsolve.fatigue.stress_cycle import StressCycle, opening_of
+from fretsolve.case.models import Case
+from fretsolve.fatigue.criteria import FatigueField, fatigue_field
+from fretsolve.fatigue.critical_plane import SCAN_STEP
+from fretsolve.fatigue.names import WORST_NAMES, dataset_name, fatigue_path
+from fretsolve.fatigue.request import case_request, stresses_of_cycle
+from fretsolve.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, opening_of, stresses_beside
 from fretsolve.result import Result
-from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
-from fretsolve.result.layout import Quantity, X, Y
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import FIELD_FILTERS, create_column
-from fretsolve.stress.names import ComputedFile, opened_computed, require_made_from
-from fretsolve.stress.stress_file import DEPTH
+from fretsolve.result.layout import Quantity, X, Y, create_column
+from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
+from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
+from fretsolve.stress.request import is_outermost
+from fretsolve.stress.stress_file import write_stress
+from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system import atomic_files
-from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import own_dataset, own_node
+from fretsolve.system.files import writing
+from fretsolve.system.foreign_files import own_dataset
 
 FORMAT = "fretsolve fatigue 1"
 """Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
@@ -38,13 +36,14 @@ FORMAT = "fretsolve fatigue 1"
 _AXES = ("depth", "x", "y")
 
 COMPONENT = Quantity("component", "1", "component of a normal: 0 along x, 1 along y, 2 along z", "int64")
-MEANINGS = {
-    "": "{}",
-    "_normal": "normal of the critical plane of {}",
-    "_refined": "1 where the critical plane of {} is refined, 0 where it is that of the scan",
-    "_utilisation": "{} over its limit",
-    "_life": "cycles to a crack by {}",
+PARTS = {
+    "": ("value", "float64", "{}"),
+    "_normal": ("normal", "float64", "normal of the critical plane of {}"),
+    "_refined": ("refined", "uint8", "1 where the critical plane of {} is refined, 0 where it is that of the scan"),
+    "_utilisation": ("utilisation", "float64", "{} over its limit"),
+    "_life": ("life", "float64", "cycles to a crack by {}"),
 }
+"""Endings of the datasets of a criterion: attribute of `FatigueField`, type, and meaning."""
 
 
 @dataclass(frozen=True)
@@ -59,24 +58,9 @@ class Worst:
     value: float
     place: tuple[float, float, float]
     limit: float | None = None
-    normal: tuple[float, float, float] | None = None
+    normal: tuple[float, ...] | None = None
     life: float | None = None
     outermost: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class FatigueCycles:
-    """The stresses of a cycle and the constants of each body; attributes: those of the file of parameters."""
-
-    request: FatigueRequest
-    of_body: Mapping[int, StressCycle]
-    materials: Mapping[int, Material]
-    attributes: Mapping[str, str]
-
-    @property
-    def layers(self) -> int:
-        """The number of layers of all bodies."""
-        return sum(len(cycle.depths) for cycle in self.of_body.values())
 
 
 def write_fatigue(
@@ -95,10 +79,14 @@ def write_fatigue(
             worst[number] = {}
             for depth, stress in enumerate(cycle.layers()):
                 widest = max(widest, opening_of(stress))
-                for name, field in _fields(cycles.request.criteria, cycles.materials[number], stress, worst[number]):
+                for name in cycles.request.criteria:
+                    # no plane is refined that is below the worst one of the layers before
+                    before = worst[number].get(name)
+                    known = {} if before is None or before.normal is None else {"known": before.value}
+                    field = fatigue_field(name, cycles.materials[number], stress, **known)
                     _write_layer(group, scales, field, depth)
                     found = _worst_of(field, cycle, depth)
-                    if name not in worst[number] or found.value > worst[number][name].value:
+                    if before is None or found.value > before.value:
                         worst[number][name] = found
                 show()
             content[str(number)] = _describe_worst(group, worst[number])
@@ -106,27 +94,36 @@ def write_fatigue(
     return worst, widest
 
 
+def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
+    """Write the fatigue parameters of a finished run beside its result, and return the name of the file.
+
+    Raises CaseError, FileError.
+    """
+    target, request, tractions = fatigue_path(result.path), case_request(case), TractionHistory(result)
+    with writing(target), stresses_beside(target) as stresses:
+        write_stress(tractions, stresses_of_cycle(tractions, request), stresses, threads)
+        with opened_computed(stresses) as file:
+            write_fatigue(cycles_of(file, stresses, result.path, request), target)
+    return target
+
+
 def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
     """Store the worst places as attributes of their datasets, and return what the header says of a body."""
-    parameters = {dataset_name(name): _attributes_of(found) for name, found in sorted(worst.items())}
-    for name, values in parameters.items():
+    parameters: dict[str, dict[str, Any]] = {}
+    for name, found in sorted((dataset_name(name), found) for name, found in worst.items()):
+        values: dict[str, Any] = {"worst": found.value, "worst_place": list(found.place)}
+        if found.limit is not None:
+            values["limit"] = found.limit
+        if found.normal is not None:
+            values |= {"worst_normal": found.normal, "scan_step": SCAN_STEP}
         group[name].attrs.update(values)
-    units = {dataset_name(name): {"units": found.units} for name, found in worst.items()}
+        parameters[name] = values | {"units": found.units}
     return {
         "steps": group.attrs["steps"].tolist(),
         "columns": digests_of({name: group[name][:] for name in _AXES}),
         "fields": sorted(set(group) - {*_AXES, COMPONENT.name}),
-        "parameters": {name: values | units[name] for name, values in parameters.items()},
+        "parameters": parameters,
     }
-
-
-def _fields(
-    criteria: tuple[str, ...], material: Material, stress: DoubleArray, before: Mapping[str, Worst]
-) -> Iterator[tuple[str, FatigueField]]:
-    """Yield each criterion in a layer; before: the worst of the layers before it, below which no plane is refined."""
-    for name in criteria:
-        options = {"known": before[name].value} if name in before and before[name].normal is not None else {}
-        yield name, fatigue_field(name, material, stress, **options)
 
 
 def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[Any]]:
@@ -140,28 +137,16 @@ def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[
 
 def _write_layer(group: Any, scales: list[Any], field: FatigueField, depth: int) -> None:
     """Write the values of a criterion at one depth."""
-    name, title = dataset_name(field.criterion), field.criterion
-    normal = field.normal.T if field.normal is not None else None
-    parts: dict[str, tuple[NDArray[Any] | None, str]] = {
-        "": (field.value, field.units),
-        "_normal": (normal, "1"),
-        "_refined": (field.refined, "1"),
-        "_utilisation": (field.utilisation, "1"),
-        "_life": (field.life, "1"),
-    }
-    shape = tuple(len(scale) for scale in scales[:3])
-    for suffix, (values, units) in parts.items():
+    for ending, (attribute, dtype, meaning) in PARTS.items():
+        values, name = getattr(field, attribute), dataset_name(field.criterion) + ending
         if values is None:
             continue
-        axes = scales if suffix == "_normal" else scales[:3]
-        if name + suffix not in group:
-            kind = "uint8" if suffix == "_refined" else "float64"
-            whole = tuple(len(scale) for scale in axes)
-            dataset = group.create_dataset(name + suffix, whole, kind, chunks=(1, *whole[1:]), **FIELD_FILTERS)
-            dataset.attrs.update(units=units, long_name=MEANINGS[suffix].format(title))
-            for axis, scale in enumerate(axes):
-                dataset.dims[axis].attach_scale(scale)
-        group[name + suffix][depth] = values.reshape(*shape[1:], *values.shape[1:])
+        axes = scales if ending == "_normal" else scales[:3]
+        shape = [len(axis) for axis in axes[1:]]
+        if name not in group:
+            texts = {"units": "1" if ending else field.units, "long_name": meaning.format(field.criterion)}
+            create_values(group, name, axes, dtype, (1, *shape), **texts)
+        group[name][depth] = values.T.reshape(shape)
 
 
 def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
@@ -173,22 +158,10 @@ def _worst_of(field: FatigueField, cycle: StressCycle, depth: int) -> Worst:
         float(field.value[point]),
         (float(cycle.body.x[i]), float(cycle.body.y[j]), float(cycle.depths[depth])),
         field.limit,
-        (float(field.normal[0, point]), float(field.normal[1, point]), float(field.normal[2, point]))
-        if field.normal is not None
-        else None,
-        float(field.life[point]) if field.life is not None else None,
-        any(size > 1 and number in (0, size - 1) for number, size in zip((i, j), cycle.shape, strict=True)),
+        None if field.normal is None else tuple(field.normal[:, point].tolist()),
+        None if field.life is None else float(field.life[point]),
+        is_outermost((i, j), cycle.shape),
     )
-
-
-def _attributes_of(worst: Worst) -> dict[str, Any]:
-    """Return the attributes of a criterion's dataset."""
-    found: dict[str, Any] = {"worst": worst.value, "worst_place": list(worst.place)}
-    if worst.limit is not None:
-        found["limit"] = worst.limit
-    if worst.normal is not None:
-        found |= {"worst_normal": worst.normal, "scan_step": SCAN_STEP}
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,16 +202,9 @@ class BodyFatigue:
         return self.parameters[name].get(of)
 
 
-def fatigue_bodies(computed: ComputedFile | None, path: Path) -> dict[int, BodyFatigue]:
+def fatigue_bodies(computed: ComputedFile) -> dict[int, BodyFatigue]:
     """Return the bodies of an open file of fatigue parameters. Raises FileError if it is not one, or is damaged."""
-    if computed is None or computed.kind != "fatigue" or not computed.content:
-        raise FileError("is not a file of fatigue parameters, which `fretsolve fatigue` writes", path)
-    with damage_reported(path, "the parameters"):
-        known = {int(number): body for number, body in computed.content.items()}
-        return {
-            number: _read_body(path, own_node(computed.file, f"fatigue/body_{number}"), body)
-            for number, body in known.items()
-        }
+    return computed.bodies("fatigue", _read_body)
 
 
 def read_worst(path: Path, result: Result | None = None) -> dict[str, float]:
@@ -249,10 +215,8 @@ def read_worst(path: Path, result: Result | None = None) -> dict[str, float]:
     found = dict.fromkeys(WORST_NAMES, math.nan)
     if not path.exists():
         return found
-    if result is not None:
-        require_made_from(result, path)
-    with reported("cannot be read", path), opened_computed(path) as file:
-        for body in fatigue_bodies(file, path).values():
+    with opened_beside(path, "fatigue", result) as file:
+        for body in fatigue_bodies(file).values():
             for name, criterion in WORST_NAMES.items():
                 if dataset_name(criterion) in body.criteria:
                     value = float(body.attribute(dataset_name(criterion), "worst"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import get_args
 
-from fretsolve.case.keys.fatigue_spec import CriterionName
+from fretsolve.case.keys.output_spec import CriterionName
 
 CRITERIA: tuple[CriterionName, ...] = get_args(CriterionName)
 """Names of the criteria."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,22 +12,27 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.loading import stored_case
-from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.fatigue.averaging import Average, depth_weights
-from fretsolve.fatigue.criteria.invariants import COMPONENTS
-from fretsolve.fatigue.cycle import opening, require_states
-from fretsolve.stress.stress_file import BodyStress
+from fretsolve.fatigue.request import FatigueRequest, placed, require_states
+from fretsolve.stress.computed_file import ComputedFile, not_of_kind
+from fretsolve.stress.influence import COMPONENTS
+from fretsolve.stress.stress_file import BodyStress, bodies_of
 from fretsolve.stress.tractions import cycle_stages
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.working_folder import working_folder
+
+CLOSED_WITHIN = 0.01
+"""The share of its range by which a closed cycle may miss its beginning."""
 
 
 @dataclass(frozen=True, eq=False)
 class StressCycle:
     """The stresses of a body over one cycle; path: their file.
 
-    chosen: positions in the file of the cycle's increments; before them that of the state with which it begins.
+    chosen: positions in the file of the state with which the cycle begins and of the cycle's increments.
     """
 
     path: Path
@@ -36,18 +42,16 @@ class StressCycle:
 
     def __post_init__(self) -> None:
         missing = [name for name in COMPONENTS if name not in self.body.components]
-        try:
+        with placed(lambda message: CaseError(message, (), self.path)):
             if missing:
                 raise CaseError(f"the file lacks the components {', '.join(missing)}, all six are needed")
             require_states(len(self.chosen))
             if self.average is not None:
                 self.average.require_resolved(self.body.depths, self.cell)
-        except CaseError as error:
-            raise CaseError(error.message, (), self.path) from None
 
     @property
     def cell(self) -> tuple[float, float]:
-        """The sides of a cell (mm); the same along a direction with one cell."""
+        """The sides of a cell (mm); along a direction with one cell the side of the other direction."""
         x, y = (float(axis[1] - axis[0]) if len(axis) > 1 else 0.0 for axis in (self.body.x, self.body.y))
         return x or y, y or x
 
@@ -65,25 +69,72 @@ class StressCycle:
         """Yield the stresses (steps, 6, points) of each of `depths`."""
         if self.average is not None:
             weights = depth_weights(self.body.depths, *self.average.depth_range)
-            means = [self.average.of(self._whole(index), weights, self.cell) for index in self.chosen]
+            whole = (self.body.stress(index).astype(np.float64) for index in self.chosen)
+            means = [self.average.of(stress, weights, self.cell) for stress in whole]
             yield np.stack(means).reshape(len(self.chosen), 6, -1)
             return
         for depth in range(len(self.depths)):
             layer = [self.body.layer(COMPONENTS, index, depth) for index in self.chosen]
             yield np.array(layer, np.float64).reshape(len(self.chosen), 6, -1)
 
-    def _whole(self, index: int) -> DoubleArray:
-        return self.body.stress(index).astype(np.float64)
+
+@dataclass(frozen=True, eq=False)
+class FatigueCycles:
+    """The stresses of a cycle and the constants of each body; attributes: of the file of parameters."""
+
+    request: FatigueRequest
+    of_body: Mapping[int, StressCycle]
+    materials: Mapping[int, Material]
+    attributes: Mapping[str, str]
+
+    @property
+    def layers(self) -> int:
+        """The number of layers of all bodies."""
+        return sum(len(cycle.depths) for cycle in self.of_body.values())
+
+
+@contextmanager
+def stresses_beside(target: Path) -> Iterator[Path]:
+    """Yield the name of a file of stresses that is removed at the end of the block. Raises OSError."""
+    with working_folder(target) as folder:
+        yield folder / "stress.h5"
+
+
+def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> FatigueCycles:
+    """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
+
+    Raises CaseError, FileError.
+    """
+    if file is None:
+        raise not_of_kind("stress", stresses)
+    found, attributes = bodies_of(file), file.attributes
+    if missing := [number for number in request.bodies if number not in found]:
+        there = " and ".join(f"body {one}" for one in found)
+        raise CaseError(f"there are no stresses of body {missing[0]}, only of {there}", (), origin)
+    cycles, materials = {}, {}
+    for number, body in found.items():
+        if not request.bodies or number in request.bodies:
+            own = request.material.with_elastic_constants(elastic_body(attributes, number))
+            own.require(request.criteria)
+            cycles[number] = StressCycle(origin, body, cycle_of(body, attributes), request.average)
+            materials[number] = own.material
+    average = request.average
+    texts = {
+        "average": "" if average is None else f"{average.kind} over {average.length:g} mm",
+        "material": next(iter(materials.values())).model_dump_json(exclude_none=True),
+    }
+    texts |= {name: str(attributes[name]) for name in ("title", "result", "effective_case") if name in attributes}
+    return FatigueCycles(request, cycles, materials, texts)
 
 
 def cycle_of(body: BodyStress, attributes: Any) -> tuple[int, ...]:
-    """Return the positions of the increments of the last cycle in a file of stresses, after that of its beginning.
+    """Return the positions of the last cycle in a file of stresses: of its beginning, then of its increments.
 
     It begins with the state before it, or with its end where wear has changed the surfaces before it: cells that have
     come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins again. All
-    increments of the file if its load path has no `cycle`. attributes: those of the file.
+    increments of the file if its load path has no `cycle`. attributes: of the file.
     """
-    everything, case = tuple(range(len(body.steps))), _case(attributes)
+    everything, case = tuple(range(len(body.steps))), stored_case(_effective(attributes))
     found = cycle_stages(case, int(body.stages.max(initial=0)))
     if case is None or found is None:
         return everything
@@ -102,17 +153,24 @@ def elastic_body(attributes: Any, number: int) -> dict[str, Any]:
 
 
 def opening_of(stress: DoubleArray) -> float:
-    """Return how far the last of stresses (steps, 6, points) is from the first one, over the largest range."""
-    return opening(stress[0], stress[-1], stress.max(axis=0) - stress.min(axis=0))
+    """Return how far a cycle misses its beginning: the largest change of a stress over the largest range of one.
+
+    stress: (steps, 6, points) in MPa.
+    """
+    largest = float((stress.max(axis=0) - stress.min(axis=0)).max(initial=0.0))
+    return float(np.abs(stress[-1] - stress[0]).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+
+
+def not_closed(share: float) -> str | None:
+    """Return the warning of a cycle that misses its beginning by `share` of its range, None if it is closed."""
+    if share <= CLOSED_WITHIN:
+        return None
+    return (
+        f"the cycle is not closed: its last state differs from its first by {100.0 * share:.2g} % of the range"
+        f" (more than {100.0 * CLOSED_WITHIN:g} %); more cycles in the load path are needed"
+    )
 
 
 def _effective(attributes: Any) -> dict[str, Any]:
     effective: dict[str, Any] = json.loads(attributes.get("effective_case", "{}"))
     return effective
-
-
-def _case(attributes: Any) -> Case | None:
-    try:
-        return stored_case(_effective(attributes))
-    except json.JSONDecodeError:
-        return None

@@ -12,7 +12,7 @@ from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.errors import dotted
 from fretsolve.friction.weakening import growth_on_sphere
-from fretsolve.model.orthotropy import Orthotropy
+from fretsolve.model.materials import Orthotropy
 from fretsolve.reference.hertz import HertzContact
 
 

@@ -1,4 +1,4 @@
-"""Find whether friction that falls with slip lets the slip run away.
+"""Friction that changes with slip: whether slip runs away, and over how many cycles friction stays nearly constant.
 
 In an increment friction is fixed, so there is always one solution. Over many small increments the slip of a contact
 that slides as a whole grows by itself once the largest eigenvalue of A diag(w) reaches 1. A is the tangential
@@ -9,15 +9,18 @@ increments.
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.reference.hertz import HertzContact
+from fretsolve.result.state import Fields
 from fretsolve.system.arrays import TINY, DoubleArray, FloatArray
 
 MOST_STEPS, CLOSE = 30, 1e-3
@@ -28,20 +31,25 @@ OF_PRESSURE, OF_PRESSURE_SQUARED = 1.300, 1.082
 `largest_growth` on 128 x 128 points."""
 
 
-def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, bound: FrictionBound) -> DoubleArray | None:
+MOST_CHANGE = 0.05
+"""Change of the coefficient over such cycles, over the largest coefficient."""
+
+
+def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit) -> DoubleArray | None:
     """Return by how much the friction limit falls per slip (MPa/mm), (nx, ny); None where it does not fall.
 
-    pressure: at the increment's start (MPa); bound: in the increment. The shear limit holds whatever the coefficient.
+    pressure: at the increment's start (MPa); friction: its limit in the increment. The shear limit holds whatever the
+    coefficient is.
     """
     if spec.initial is None or spec.final is None or spec.final >= spec.initial:
         return None
     pressure = pressure.astype(np.float64)
     limit, per_coefficient = (
-        one.limit(pressure) for one in (bound, replace(bound, coefficient=1.0, shear_limit=math.inf))
+        one.limit(pressure) for one in (friction, replace(friction, coefficient=1.0, shear_limit=math.inf))
     )
-    fall = per_coefficient * (bound.coefficient - spec.final)
+    fall = per_coefficient * (friction.coefficient - spec.final)
     fall *= 1.0 / spec.slip if spec.slip else limit / (spec.energy or 1.0)
-    return np.where(limit < bound.shear_limit, fall, 0.0)
+    return np.where(limit < friction.shear_limit, fall, 0.0)
 
 
 def largest_growth(fall: DoubleArray, operator: ElasticOperator) -> float:
@@ -73,12 +81,14 @@ def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float)
     return OF_PRESSURE_SQUARED * drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * arm
 
 
-def require_stable(spec: FrictionSpec, pressure: FloatArray, bound: FrictionBound, operator: ElasticOperator) -> None:
+def require_stable(
+    spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit, operator: ElasticOperator
+) -> None:
     """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it.
 
-    pressure, bound: as for `fall_per_slip`.
+    pressure, friction: as for `fall_per_slip`.
     """
-    fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, bound)
+    fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, friction)
     if fall is None or not fall.any():
         return
     growth = largest_growth(fall, operator)
@@ -89,3 +99,31 @@ def require_stable(spec: FrictionSpec, pressure: FloatArray, bound: FrictionBoun
             f" surfaces hold against it, so that slip runs away and depends on the increments; a larger friction.{over}"
             " is needed, or weakening: allow"
         )
+
+
+def cycles_of_little_change(
+    spec: FrictionSpec, cycles: float, fields: Fields, energy: FloatArray, path: FloatArray
+) -> float:
+    """Return the number of cycles, at least 1, over which no cell's coefficient changes much; infinite for any.
+
+    A cell that dissipates half as much as the one that dissipates most may change twice as much.
+
+    cycles, fields: at the end of the last cycle; energy: dissipated per area (mJ/mm^2), path: of slip (mm) in it.
+    """
+    if spec.initial is not None and spec.final is not None:
+        largest, drop = max(spec.initial, spec.final), abs(spec.final - spec.initial)
+        scale = spec.slip or spec.energy or 1.0
+        so_far, more = (fields.slip_path, path) if spec.slip else (fields.work_density, energy)
+        # a cell counts by what it dissipates: of those that have just come into contact there are always some
+        weight = energy / max(float(energy.max()), sys.float_info.min)
+        in_a_cycle = float((weight * drop * np.exp(-so_far / scale) * more / scale).max())
+        return max(1.0, MOST_CHANGE * largest / in_a_cycle) if in_a_cycle > 0.0 else math.inf
+    for (before, low), (after, high) in pairwise(spec.cycles or ()):
+        if cycles < before:
+            return max(1.0, before - cycles)
+        if cycles < after and low != high:
+            in_a_cycle = abs(high - low) / (after - before)
+            return max(1.0, min(after - cycles, MOST_CHANGE * max(low, high) / in_a_cycle))
+        if cycles < after:
+            return max(1.0, after - cycles)
+    return math.inf

@@ -4,5 +4,5 @@ In: what is imposed (`Increment`) and the state at its start (`InitialState`). O
 slip, zones, certificate and cost; or a `NoSolutionError` that says why there is none. For example::
 
     solver = IncrementSolver(grid, separation, model, tolerance=1e-6, max_iterations=1000)
-    solved = solver.solve(increment, InitialState(pressure, shear, displacement, rigid))
+    solved = solver.solve(increment, InitialState(pressure, shear, displacement, rigid, friction))
 """

@@ -1,8 +1,11 @@
 """The certificate of an increment: the contact conditions checked from tractions and displacements alone.
 
 The displacements come from one application of the elastic operator to the final tractions, not from the recurrences of
-the iterations. `fretsolve.result.state.Certificate` lists the residuals. `stick_and_slip` declares which cells stick.
-The steps C2 to C6 are those of docs/theory.md.
+the iterations. `fretsolve.result.state.Certificate` lists the residuals. The steps C2 to C6 are those of
+docs/theory.md.
+
+A cell in contact slips where its shear has reached the friction limit and it moves. Under cyclic loads with a mean
+value, parts of a contact come to the limit in each cycle and do not move: these stick. Without friction all cells slip.
 """
 
 from __future__ import annotations
@@ -14,17 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
-from fretsolve.friction.bound import FrictionBound
-from fretsolve.increment.stick_and_slip import least_slip_of_zones, zones
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
-from fretsolve.result.state import Certificate, nothing
+from fretsolve.result.state import Certificate, Zone, nothing
 from fretsolve.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, vector_lengths
 
 LARGE_SLIP = 1e-3
-"""Slip over the motion from which the motion is no least value."""
+"""Above this ratio of slip to motion, the motion itself is the scale."""
+
+LEFT_OVER, LARGEST_LEFT_OVER = 10.0, 1e-5
+"""Largest slip that may be an error of the iterations: over what the stick residual allows, and over the motion. Errors
+of larger increments before the present one stay in the shear traction."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +39,7 @@ class Solution:
 
     pressure, uz: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
     motion: the same over the increment; previous_displacement: tangential, at the increment's start, less the mismatch
-    of the surfaces by bulk stress; mismatch: the largest one in the contact (mm); friction: in the increment, None for
-    the model's coefficient.
+    of the surfaces by bulk stress; friction: its limit in the increment; mismatch: the largest one in the contact (mm).
     """
 
     pressure: FloatArray
@@ -44,16 +49,17 @@ class Solution:
     rigid: Vector
     motion: Vector
     previous_displacement: FloatArray
-    mismatch: float = 0.0
-    friction: FrictionBound | None = None
+    friction: FrictionLimit
+    mismatch: float
 
-    def friction_limit(self, coefficient: float) -> FloatArray:
-        """Return the friction limit (nx, ny) in MPa; coefficient: the model's, largest one."""
-        return coefficient * self.pressure if self.friction is None else self.friction.limit(self.pressure)
+    @property
+    def friction_limit(self) -> FloatArray:
+        """The friction limit (nx, ny) in MPa."""
+        return self.friction.limit(self.pressure)
 
 
 @dataclass(frozen=True)
-class Evidence:
+class Verification:
     """Results that follow from a `Solution`.
 
     gap: (nx, ny), mm; gap_scale: length that it is measured against (mm); slip: increment, (2, nx, ny), mm; zone:
@@ -68,7 +74,7 @@ class Evidence:
     certificate: Certificate
 
 
-class Examiner:
+class Verifier:
     """Checks solutions on one grid.
 
     separation: (nx, ny), undeformed; friction: the largest coefficient; tolerance: of the case, which limits what
@@ -93,10 +99,10 @@ class Examiner:
         reach = max(grid.size[0] - grid.dx, grid.size[1] - grid.dy, TINY) / 2.0
         self._arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
 
-    def examine(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Evidence:
+    def verify(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Verification:
         """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
         contact = solution.pressure > 0.0
-        friction_limit = solution.friction_limit(self.friction)
+        friction_limit = solution.friction_limit
         # C2: gap (T1)
         gap = np.empty_like(self.separation)
         errors = self.gap_errors(solution, gap)
@@ -118,19 +124,19 @@ class Examiner:
             bound=excess,
             load=self._load_residual(solution.rigid, resultants, carried, normal, tangential),
         )
-        return Evidence(gap, errors.gap_scale, slip, zone, resultants, certificate)
+        return Verification(gap, errors.gap_scale, slip, zone, resultants, certificate)
 
     def gap_errors(self, solution: Solution, gap: FloatArray) -> GapErrors:
         """Write the gap (nx, ny) of a solution and return its errors with their scale."""
         contact = solution.pressure > 0.0
         return self.normal.gap(self.separation, solution.uz, solution.rigid[:3], contact, gap)
 
-    def lost_in_rounding(self, solution: Solution, evidence: Evidence) -> str:
+    def lost_in_rounding(self, solution: Solution, found: Verification) -> str:
         """Describe the rounding that keeps gap or slip above the tolerance; return "" if it is not rounding."""
-        certificate = evidence.certificate
+        certificate = found.certificate
         farthest = self.grid.farthest
         if certificate.gap > self.tolerance:
-            error = certificate.gap * evidence.gap_scale
+            error = certificate.gap * found.gap_scale
             lengths = {
                 "heights": float(np.max(np.abs(self.separation), where=solution.pressure > 0.0, initial=0.0)),
                 "delta_z": abs(float(solution.rigid[0])),
@@ -139,7 +145,7 @@ class Examiner:
             elastic = {"elastic displacements": float(np.abs(solution.uz).max())}
             return named_rounding(error, elastic, self.precision) or named_rounding(error, lengths)
         if max(certificate.stick, certificate.slip) > self.tolerance:
-            motion, slip = self.slip_scales(solution, float(vector_lengths(evidence.slip).max()))
+            motion, slip = self.slip_scales(solution, float(vector_lengths(found.slip).max()))
             error = max(certificate.stick * motion, certificate.slip * slip)
             lengths = {
                 "delta_x and delta_y": float(np.abs(solution.rigid[3:5]).max()),
@@ -234,3 +240,19 @@ class Examiner:
             scale = capacities[mode] * arms[mode] if forced else farthest / arms[mode]
             errors.append(abs(found - imposed) / max(scale, TINY))
         return float(np.max(errors))  # keeps a NaN
+
+
+def zones(contact: BoolArray, slipping: BoolArray) -> NDArray[np.uint8]:
+    """Return the zone of each cell as `Zone`; both: cells, (nx, ny)."""
+    zone = np.full(contact.shape, Zone.OPEN, dtype=np.uint8)
+    zone[contact] = Zone.STICK
+    zone[contact & slipping] = Zone.SLIP
+    return zone
+
+
+def least_slip_of_zones(tolerance: float, motion: float) -> float:
+    """Return the slip increment (mm) up to which a cell has not moved.
+
+    tolerance: of the case, the stick residual's; motion: of the increment, which that refers to (mm).
+    """
+    return max(tolerance, min(LEFT_OVER * tolerance, LARGEST_LEFT_OVER)) * motion

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.elastic.rounding import LEAST_MOTION, circle_width, slips
-from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
+from fretsolve.increment.states import FIRST_TOLERANCE, InitialState, WorkingState
+from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.result.state import nothing
 from fretsolve.solvers.coupled_newton import CoupledNewton, CoupledProblem, CoupledState
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 def coupled_problem(
     separation: FloatArray,
-    friction: FrictionBound,
     increment: Increment,
+    tangential: LoadControl,
     start: InitialState,
     work: WorkingState,
     least_slip: float,
@@ -31,25 +31,23 @@ def coupled_problem(
 ) -> CoupledProblem:
     """Return an increment as a problem of pressure and shear together.
 
-    separation: (nx, ny), undeformed; work: the state that the staggered iterations start with; least_slip: least scale
-    of slips (mm); precision: of the elastic operator.
+    separation: (nx, ny), undeformed; tangential: what is imposed, displacements as increments; work: the state that the
+    staggered iterations start with; least_slip: least scale of slips (mm); precision: of the elastic operator.
     """
     # tractions whose elastic slip since the start is known: none in double precision; in single precision, where the
     # difference of two displacements would lose the slip, those that the staggered iterations start with
-    pressure, shear, elastic_slip = start.pressure, start.shear, nothing(start.shear.shape)
-    if precision is np.float64:
-        pressure, shear, elastic_slip = nothing(pressure.shape), elastic_slip, start.displacement
-    elif start.elastic_slip is not None:
-        pressure, shear, elastic_slip = work.pressure.copy(), work.shear.copy(), start.elastic_slip
+    pressure, shear, elastic_slip = nothing(start.pressure.shape), nothing(start.shear.shape), start.displacement
+    if precision is np.float32 and work.elastic_slip is not None:
+        pressure, shear, elastic_slip = work.pressure.copy(), work.shear.copy(), work.elastic_slip
     return CoupledProblem(
         separation=separation,
         pressure=pressure,
         shear=shear,
         elastic_slip=elastic_slip,
         before=start.rigid[:3],
-        friction=friction,
+        friction=start.friction,
         normal=increment.normal,
-        tangential=increment.tangential.relative_to(start.rigid[3:]),
+        tangential=tangential,
         motion=max(LEAST_MOTION * start.largest_displacement, start.largest_mismatch(work.pressure), least_slip),
         least_slip=least_slip,
     )
@@ -103,9 +101,8 @@ def solve_directly(
 
     rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
     estimate = DirectSolution(work.pressure, work.shear, rigid)
-    slipping = False if work.slipping is None else work.slipping
     with on_one_thread():
-        found = solver.solve(problem, estimate, target, slipping, presses=presses, slides=slides)
+        found = solver.solve(problem, estimate, target, presses=presses, slides=slides)
     work.iterations_normal += solver.pressings
     work.iterations_tangential += solver.slidings
     if found is None:
@@ -114,5 +111,4 @@ def solve_directly(
     if slides:
         work.shear[:], work.rigid[3:] = found.shear, start.rigid[3:] + found.rigid[3:]
     work.staggered_iterations += 1
-    work.slip_is_known = False
     return True

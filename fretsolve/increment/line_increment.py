@@ -14,9 +14,9 @@ import numpy as np
 
 from fretsolve.case.keys.body_spec import Body
 from fretsolve.errors import NotConvergedError
-from fretsolve.increment.certificate import Examiner, Solution
+from fretsolve.increment.certificate import Solution, Verifier
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
@@ -53,7 +53,7 @@ class SunkenPoint:
         return total
 
 
-class LineExaminer(Examiner):
+class LineVerifier(Verifier):
     """Checks solutions of a line contact. material: its compliances; before: P, Qx, Qy at the increment's start."""
 
     material: Compliances
@@ -83,7 +83,7 @@ class LineIncrementSolver(IncrementSolver):
 
     grid: LineGrid
     sunken: SunkenPoint | None = None
-    _examiner_type = LineExaminer
+    _verifier_type = LineVerifier
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; an imposed delta_z is that of the sunken points."""
@@ -94,7 +94,7 @@ class LineIncrementSolver(IncrementSolver):
         for _ in range(MOST_SOLUTIONS):
             control = LoadControl(increment.normal.forced, (wanted + sunk, *tilts))
             solved = super().solve(replace(increment, normal=control), start)
-            before, sunk = sunk, self.sunken.sinks(solved.solution.pressure, solved.solution.shear)
+            before, sunk = sunk, self.sunken.sinks(solved.pressure, solved.shear)
             if abs(sunk - before) <= 0.1 * self.tolerance * abs(wanted):
                 return solved
         raise NotConvergedError("no contact has the imposed delta_z: the reference depth is too near to the contact")
@@ -125,7 +125,7 @@ class LineIncrementSolver(IncrementSolver):
         return rigid
 
     def _solution(self, start: InitialState, work: WorkingState) -> Solution:
-        assert isinstance(self._examiner, LineExaminer)
-        self._examiner.material = self.model.compliances
-        self._examiner.before = self._examiner.forces(start.pressure, start.shear)
+        assert isinstance(self._verifier, LineVerifier)
+        self._verifier.material = self.model.compliances
+        self._verifier.before = self._verifier.forces(start.pressure, start.shear)
         return super()._solution(start, work)

@@ -9,39 +9,33 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from operator import is_
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import NoSolutionError
-from fretsolve.increment.certificate import Evidence, Solution
 from fretsolve.increment.increment import IncrementSolver, Solved
-from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.increment.states import InitialState
 from fretsolve.model.grid import HalfGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
-from fretsolve.result.state import Change, nothing
+from fretsolve.result.state import nothing
 from fretsolve.system.arrays import FloatArray, is_even_field
 
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
 """Modes that a mirror image turns round: Mx or phi_x; Qy or delta_y, Mz or phi_z."""
 
 ODD = [*ODD_NORMAL, *(3 + mode for mode in ODD_TANGENTIAL)]
-"""The same among all six."""
+"""These modes among all six."""
 
 
 class MirroredIncrementSolver(IncrementSolver):
     """Solves the increments of surfaces that are mirror images of themselves: such increments on one half of the grid.
 
     Whether an increment is one follows from what is imposed and from its start alone, so that a resumed run solves it
-    in the same way. Mode I.3 takes 0.7 of the time on 64 x 64 points, and 0.6 on 512 x 512 (docs/scenes.md).
+    in the same way. Mode I.3 takes 0.7 of the time on 64 x 64 points, and 0.6 on 512 x 512 (docs/performance.md).
     """
-
-    _last: tuple[FloatArray, ...] = ()
-    """Pressure, shear and displacement after the last increment, if it was solved on the half: no cell of them is to be
-    compared again."""
 
     @cached_property
     def _has_even_surfaces(self) -> bool:
@@ -57,15 +51,13 @@ class MirroredIncrementSolver(IncrementSolver):
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; as `IncrementSolver.solve`."""
-        follows = bool(self._last) and all(map(is_, self._last, (start.pressure, start.shear, start.displacement)))
-        self._last = ()
-        if not (self._has_even_surfaces and _is_even(increment, start, follows)):
+        if not (self._has_even_surfaces and _is_even(increment, start)):
             self._release_half()
             return super().solve(increment, start)
         before = self._half.applications
         normal, tangential = _even_part(increment.normal, ODD_NORMAL), _even_part(increment.tangential, ODD_TANGENTIAL)
         try:
-            part = _half_of_start(start, follows)
+            part = _half_of_start(start)
             solved = self._half.solve(replace(increment, normal=normal, tangential=tangential), part)
         except NoSolutionError:
             # the whole grid tells the reason in its own terms
@@ -74,9 +66,7 @@ class MirroredIncrementSolver(IncrementSolver):
             solved = super().solve(increment, start)
             return replace(solved, operator_applications=solved.operator_applications + spent)
         applications = math.ceil(round(0.5 * (self._half.applications - before), 6))
-        solved = replace(self._whole(solved, start), operator_applications=applications)
-        self._last = solved.solution.pressure, solved.solution.shear, solved.solution.displacement
-        return solved
+        return replace(self._whole(solved, start), operator_applications=applications)
 
     def _release_half(self) -> None:
         """Free the memory of the half of a large grid, where the whole grid needs its own."""
@@ -85,19 +75,15 @@ class MirroredIncrementSolver(IncrementSolver):
 
     def _whole(self, solved: Solved, start: InitialState) -> Solved:
         """Return an increment of one half as one of the whole grid."""
-        one, evidence = solved.solution, solved.evidence
-        pressure, uz, gap, zone, shear, displacement, slip = self._unfolded(
-            one.pressure, one.uz, evidence.gap, evidence.zone, one.shear, one.displacement, evidence.slip
-        )
-        # in single precision the displacement before follows from that after the increment
-        previous = self._unfolded(one.previous_displacement)[0] if self._single else start.displacement
-        solution = Solution(
-            pressure, shear, uz, displacement, one.rigid, one.motion, previous, one.mismatch, start.friction
-        )
-        resultants = evidence.resultants.copy()
+        names = ["pressure", "uz", "gap", "zone", "shear", "displacement", "slip"]
+        # in single precision the displacement before the increment follows from the displacement after it
+        names += ["previous_displacement"] if self._single else []
+        halves = (getattr(solved, name) for name in names)
+        fields: dict[str, Any] = dict(zip(names, self._unfolded(*halves), strict=True))
+        fields.setdefault("previous_displacement", start.displacement)
+        resultants = solved.resultants.copy()
         resultants[ODD] = 0.0
-        found = Evidence(gap, evidence.gap_scale, slip, zone, resultants, evidence.certificate)
-        return replace(solved, solution=solution, evidence=found)
+        return replace(solved, **fields, friction=start.friction, resultants=resultants)
 
     def _unfolded(self, *halves: NDArray[Any]) -> list[NDArray[Any]]:
         """Return the whole of fields (nx, ny/2), even in y, and of tangential fields (2, nx, ny/2), odd along y."""
@@ -123,17 +109,13 @@ class MirroredIncrementSolver(IncrementSolver):
         return wholes
 
 
-def _is_even(increment: Increment, start: InitialState, follows: bool) -> bool:
-    """Return whether an increment and its start are mirror images of themselves.
-
-    follows: whether tractions and displacement are known to be mirror images.
-    """
+def _is_even(increment: Increment, start: InitialState) -> bool:
+    """Return whether an increment and its start are mirror images of themselves."""
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
         if any(control.values[mode] for mode in odd):
             return False
-    coefficient = 0.0 if start.friction is None else start.friction.coefficient
-    fields = [start.elastic_slip, start.mismatch]
-    fields += [] if follows else [start.pressure, start.shear, start.displacement]
+    coefficient = start.friction.coefficient
+    fields = [start.pressure, start.shear, start.displacement, start.mismatch]
     fields += [] if isinstance(coefficient, float) else [coefficient]
     return not start.rigid[ODD].any() and _are_even(*fields)
 
@@ -164,16 +146,12 @@ def _half_of(field: NDArray[Any]) -> NDArray[Any]:
     return field[..., field.shape[-1] // 2 :]
 
 
-def _half_of_start(start: InitialState, follows: bool) -> InitialState:
-    """Return the half y > 0 of a start; follows: its trend is between two mirror images."""
-    trend = None
-    if start.trend is not None and (follows or _are_even(start.trend.change.pressure, start.trend.change.shear)):
-        change = Change(**{name: _half_of(field) for name, field in vars(start.trend.change).items()})
-        trend = Trend(start.trend.factor, change, start.trend.rigid)
+def _half_of_start(start: InitialState) -> InitialState:
+    """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
-    friction = None if start.friction is None else start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
-    names = "pressure", "shear", "displacement", "elastic_slip", "mismatch", "gap"
+    friction = start.friction.part((..., slice(start.pressure.shape[1] // 2, None)))
+    names = "pressure", "shear", "displacement", "mismatch"
     fields: dict[str, Any] = {
         name: _half_of(getattr(start, name)) for name in names if getattr(start, name) is not None
     }
-    return replace(start, **fields, normal=normal, trend=trend, friction=friction)
+    return replace(start, **fields, normal=normal, friction=friction)

@@ -6,7 +6,7 @@ import numpy as np
 
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.states import WorkingState
 from fretsolve.solvers.anderson import AndersonAcceleration
 from fretsolve.system.arrays import FloatArray
 
@@ -29,27 +29,8 @@ class ShearedSurfaces:
         """True if the separation is extrapolated from the last iterations, which would magnify rounding."""
         return self._acceleration is not None
 
-    def begin(self, start: InitialState, work: WorkingState, target: float, borrowed: FloatArray) -> None:
-        """Deform the surfaces by the shear in `work`. target: error of the gap over its scale.
-
-        Where the start has a gap, it tells the displacement by both tractions (T1). That goes to the normal solver as
-        the pressure's, and `_uz` is that of the change of the shear: two applications in double precision less.
-        """
-        self._acceleration = None
-        if start.gap is None:
-            self._level.operator.normal_from_shear(work.shear, self._uz[0])
-        else:
-            solver, material = self._level.normal, np.isfinite(self._undeformed)
-            uz = solver.uz[0]
-            solver.modes.displacement(start.rigid[:3], uz)
-            np.add(uz, start.gap, out=uz, where=material)
-            np.subtract(uz, self._undeformed, out=uz, where=material)
-            self._uz.fill(0.0)
-            self._add_displacement(work.shear, start.shear, target * self.largest_uz(start))
-        self._update(work, borrowed)
-
-    def begin_again(self, work: WorkingState, borrowed: FloatArray) -> None:
-        """Deform the surfaces anew, without acceleration, after others have used the arrays of displacements."""
+    def begin(self, work: WorkingState, borrowed: FloatArray) -> None:
+        """Deform the surfaces by the shear in `work`, without acceleration."""
         self._acceleration = None
         self._level.operator.normal_from_shear(work.shear, self._uz[0])
         self._update(work, borrowed)
@@ -59,23 +40,15 @@ class ShearedSurfaces:
 
         Returns the largest change of the separation in the contact, over the scale of gaps.
         """
-        self._add_displacement(work.shear, self._shear, allowed)
+        workspace, operator = self._level.tangential.workspace, self._level.operator
+        change = np.subtract(work.shear, self._shear, out=workspace.double)
+        add_displacement(operator, type(operator).normal_from_shear, self._uz, change, workspace, allowed)
         return self._update(work, borrowed)
 
     def accelerate(self) -> None:
         """Extrapolate the separation from now on."""
         if self._acceleration is None:
             self._acceleration = AndersonAcceleration()
-
-    def largest_uz(self, start: InitialState) -> float:
-        """Return the largest normal displacement (mm) in the contact of the start, which the normal solver holds."""
-        return float(np.max(self._level.normal.uz[0], where=start.pressure > 0.0, initial=0.0))
-
-    def _add_displacement(self, shear: FloatArray, before: FloatArray, allowed: float) -> None:
-        """Add to `_uz` the displacement that the change of the shear causes."""
-        workspace, operator = self._level.tangential.workspace, self._level.operator
-        change = np.subtract(shear, before, out=workspace.double)
-        add_displacement(operator, type(operator).normal_from_shear, self._uz, change, workspace, allowed)
 
     def _update(self, work: WorkingState, image: FloatArray) -> float:
         """Take up `_uz` in the separation, extrapolated where that has begun. Returns as `follow`."""

@@ -10,13 +10,11 @@ import numpy as np
 from fretsolve.elastic.incremental_update import add_displacement
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
-from fretsolve.increment.failure_reasons import is_far, why_not_pressed, why_not_settled, why_not_sheared
+from fretsolve.increment.failures import gross_slip_error, is_far, why_not_pressed, why_not_settled, why_not_sheared
 from fretsolve.increment.grid_hierarchy import MOST_DIRECT_CELLS, GridLevel
-from fretsolve.increment.load_checks import gross_slip_error
 from fretsolve.increment.sheared_surfaces import ShearedSurfaces
-from fretsolve.increment.working_state import FIRST_TOLERANCE, InitialState, WorkingState
+from fretsolve.increment.states import FIRST_TOLERANCE, InitialState, WorkingState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment
 from fretsolve.model.required_terms import Model
@@ -38,9 +36,6 @@ MOST_STAGGERED_ITERATIONS = 200
 
 CONTRACTION = 0.02
 """Typical change of an iteration over that of the one before, by which the last iteration is foreseen (ST6)."""
-
-EXPECTED_SLIP = 0.1
-"""Scale of slips over the motion that the trend expects, before the first solve for the shear has found it."""
 
 
 class StaggeredIteration:
@@ -66,13 +61,13 @@ class StaggeredIteration:
         self._least_slip = least_slip(
             start.largest_displacement, start.rigid, self.level.grid.farthest, self._tolerance
         )
-        self._friction, problem = start.friction or FrictionBound(self.model.friction), None
+        problem, self._friction = None, start.friction
         self._control = increment.tangential.relative_to(start.rigid[3:])
-        if start.friction is not None and self._holds(increment, start, work):
+        if start.friction.varied and self._holds(increment, start, work):
             return
         if self.model.has_shear and not is_far(increment.tangential, self.level.grid):
             least, precision = self._least_slip, self.level.operator.dtype
-            problem = coupled_problem(self._undeformed, self._friction, increment, start, work, least, precision)
+            problem = coupled_problem(self._undeformed, increment, self._control, start, work, least, precision)
 
         def solved_together() -> bool:
             most = self.max_iterations
@@ -81,7 +76,7 @@ class StaggeredIteration:
         if self._solved_directly(increment, start, work, target) or (work.coupled_step and solved_together()):
             return
         # ST1: the surfaces deformed by the shear of the start
-        self._begin(start, work, target)
+        self._begin(work, target)
         while True:
             # ST2: tolerance of a twentieth of the last change
             tolerance = max(target, 0.05 * work.change) if self._coupled else target
@@ -106,23 +101,18 @@ class StaggeredIteration:
                 if solved_together():
                     return
                 if self._surfaces is not None:
-                    self._surfaces.begin_again(work, self._friction_limit)
+                    self._surfaces.begin(work, self._friction_limit)
             if work.staggered_iterations >= MOST_STAGGERED_ITERATIONS:
                 raise NotConvergedError(why_not_settled(work, self.model))
 
     def _press(self, increment: Increment, start: InitialState, work: WorkingState, tolerance: float) -> float:
         """Solve for the pressure between the present surfaces, and return the error of the gap over its scale."""
-        if self._is_pressed_already(increment, start, work):
-            assert self._surfaces is not None  # only coupled increments start with a gap
-            work.gap_scale = self._surfaces.largest_uz(start)
-            return self._tolerance
         if not self._coupled and not work.staggered_iterations and start.normal == increment.normal:
             return 0.0
         # N1 to N8
         separation = self._undeformed if self._surfaces is None else self._surfaces.separation
         arguments = increment.normal, work.pressure, tolerance, self.max_iterations, work.rigid[:3]
-        known = self._known_pressure(start, work)
-        found = self.level.normal.solve(separation, *arguments, self._kept_tolerance, known)
+        found = self.level.normal.solve(separation, *arguments, self._kept_tolerance, known=work.gap_scale > 0.0)
         self._accept_pressure(found, work, tolerance)
         return min(found.residual, tolerance)
 
@@ -134,18 +124,18 @@ class StaggeredIteration:
         # ST4: friction limit b, such as mu p, and loads that it can carry (T12)
         self._friction.limit(work.pressure, out=self._friction_limit)
         control = self._carried(increment, start, work)
-        # ST5: elastic slip at the new pressure, and an estimate of the shear
+        # ST5: elastic slip at the new pressure
         tolerance, scales = self._slip_scales(start, work, tolerance)
-        known = self._prepare_shear(increment, start, work, control, scales.motion)
+        self._take_elastic_slip(start, work)
         # ST6: TG1 to TG8 at the new pressure
         arguments = self._elastic_slip, control, self._friction_limit, work.shear
-        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales, known)
+        found = self.level.tangential.solve(*arguments, tolerance, self.max_iterations, scales)
         self._last_slip_scale = found.scale
         work.iterations_tangential += found.iterations
         work.rigid[3:] = start.rigid[3:] + found.rigid
         if not found.converged:
-            limit, most = self._friction_limit, self.max_iterations
-            raise NotConvergedError(why_not_sheared(self.level, found, tolerance, control, limit, most))
+            solver, limit, most = self.level.tangential, self._friction_limit, self.max_iterations
+            raise NotConvergedError(why_not_sheared(solver, self.level.grid, found, tolerance, control, limit, most))
         return min(found.residual, tolerance)
 
     def _solved_directly(self, increment: Increment, start: InitialState, work: WorkingState, target: float) -> bool:
@@ -164,7 +154,7 @@ class StaggeredIteration:
             self._touch(increment, work)
             if not self._few_touch(work):
                 return False
-        arguments = self._undeformed, self._friction, increment, start, work, self._least_slip
+        arguments = self._undeformed, increment, self._control, start, work, self._least_slip
         problem = coupled_problem(*arguments, self.level.operator.dtype)
         presses = self._coupled or start.normal != increment.normal
         slides = self._must_solve_shear(increment, start, work)
@@ -192,7 +182,7 @@ class StaggeredIteration:
         control = self._control
         if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
             return False
-        if not self.model.has_shear or not (work.shear == start.shear).all():
+        if not self.model.has_shear:
             return False
         limit = self._friction.limit(work.pressure, out=self._friction_limit)
         allowed = circle_width(self.level.operator.dtype) * float(limit.max())
@@ -204,35 +194,21 @@ class StaggeredIteration:
         unbalance = largest_error(modes.resultants(work.shear), control, capacity, modes.arms[3:])
         return unbalance <= self._tolerance
 
-    def _begin(self, start: InitialState, work: WorkingState, target: float) -> None:
+    def _begin(self, work: WorkingState, target: float) -> None:
         """Start with slip zone and separation of the tractions in `work`."""
         self._target, self._last_slip_scale, self._first = target, 0.0, True
         work.gap_scale = 0.0
         if self.model.has_shear:
             limit = self._friction.limit(work.pressure, out=self._friction_limit)
-            slipping = slips(work.shear, limit, circle_width(self.level.operator.dtype))
-            if work.slipping is not None:
-                slipping |= work.slipping
-            self.level.tangential.slipping[:], work.slipping = slipping, None
+            self.level.tangential.slipping[:] = slips(work.shear, limit, circle_width(self.level.operator.dtype))
         if self._surfaces is not None:
             np.copyto(self._pressure, work.pressure)
-            self._surfaces.begin(start, work, target, self._friction_limit)  # ST4 computes the friction limit anew
+            self._surfaces.begin(work, self._friction_limit)  # ST4 computes the friction limit anew
             work.change = FIRST_TOLERANCE
-
-    def _is_pressed_already(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
-        """Return whether the normal problem is solved at the start: with its gap, and nothing that presses changes."""
-        kept = self._first and start.gap is not None and start.normal == increment.normal
-        return kept and np.array_equal(work.pressure, start.pressure) and np.array_equal(work.shear, start.shear)
-
-    def _known_pressure(self, start: InitialState, work: WorkingState) -> FloatArray | None:
-        """Return the pressure (nx, ny) whose displacement the normal solver holds, None if it is to compute it."""
-        if work.gap_scale:
-            return work.pressure
-        return start.pressure if self._first and start.gap is not None else None
 
     def _finish(self, work: WorkingState) -> None:
         """Count an iteration, and update the separation and its change for the new shear."""
-        self._first = work.slip_is_known = False
+        self._first = False
         work.staggered_iterations += 1
         before, work.change = work.change, 0.0
         if self._surfaces is None:
@@ -287,7 +263,7 @@ class StaggeredIteration:
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
             capacity = float(self._friction_limit.sum()) * self.level.grid.cell_area
-            raise gross_slip_error(imposed, factor, capacity, self.model.line, start.friction is not None)
+            raise gross_slip_error(imposed, factor, capacity, self.model.line, start.friction.varied)
         return control.with_loads_scaled(0.999 * factor)
 
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:
@@ -305,16 +281,11 @@ class StaggeredIteration:
             tolerance = max(tolerance, min(0.01 * disturbed, FIRST_TOLERANCE))
         return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
 
-    def _prepare_shear(
-        self, increment: Increment, start: InitialState, work: WorkingState, control: LoadControl, motion: float
-    ) -> FloatArray | None:
-        """Compute the elastic slip at the new pressure; in a new increment, estimate the shear on coarser grids.
-
-        motion: largest one so far (mm). Return the shear of that elastic slip, None for the present one.
-        """
+    def _take_elastic_slip(self, start: InitialState, work: WorkingState) -> None:
+        """Compute the elastic slip at the new pressure and the present shear."""
         slip, operator = self._elastic_slip, self.level.operator
-        if self._first and (work.slip_is_known or start.elastic_slip is not None):
-            slip[:] = 0.0 if start.elastic_slip is None else start.elastic_slip
+        if self._first and work.elastic_slip is not None:
+            slip[:] = work.elastic_slip
         elif self._first:
             operator.tangential(work.shear, slip)
             np.subtract(start.displacement, slip, out=slip)
@@ -327,9 +298,5 @@ class StaggeredIteration:
             workspace = self.level.tangential.workspace
             change = np.subtract(work.pressure, self._pressure, out=workspace.double[:1])
             np.copyto(self._pressure, work.pressure)
-            expected = EXPECTED_SLIP * float(np.abs(work.rigid - start.rigid)[3:5].max())
-            allowed = self._kept_tolerance * (self._last_slip_scale or expected)
+            allowed = self._kept_tolerance * self._last_slip_scale
             add_displacement(operator, type(operator).tangential_from_pressure, slip, change, workspace, allowed, -1.0)
-        if work.staggered_iterations or (start.normal == increment.normal and work.shear.any()):
-            return None
-        return self.level.estimate_tangential(slip, control, self._friction_limit, work.shear, motion)

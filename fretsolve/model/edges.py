@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.keys.surface_specs import Surface
+from fretsolve.case.keys.surface_specs import PunchSurface, Surface
 from fretsolve.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
@@ -141,6 +141,18 @@ def rounding(surface: Surface) -> float | None:
     if surface.kind == "cylinder":
         return None if surface.length is None else surface.end_radius or 0.0
     return surface.edge_radius if surface.kind == "punch" else None
+
+
+def flat_part(punch: PunchSurface, *, line: bool) -> float:
+    """Return the radius (mm) of the flat part of a punch, that of a circle of its area if it is square.
+
+    line: in line contact it is the half-width. A punch's rounding begins within its size, in line contact beyond it.
+    """
+    if line:
+        return punch.half_width or 0.0
+    if punch.radius is not None:
+        return punch.radius - punch.edge_radius
+    return ((punch.half_width or 0.0) - punch.edge_radius) * 2.0 / math.sqrt(math.pi)
 
 
 def _edge(surface: Surface, grid: Grid) -> Edge | None:

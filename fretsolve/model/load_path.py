@@ -36,9 +36,9 @@ then within about 0.5 % of what more increments give, the dissipated energy with
 class Increment:
     """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path.
 
-    bulk: bulk stresses at its end (MPa) by their names; stretch: change of the mismatch of the surfaces that they cause
-    in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has
-    set, None without one.
+    bulk: bulk stresses at its end (MPa) by their names; strain_mismatch: by how much they change the mismatch of the
+    surfaces in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has set,
+    None without one.
     """
 
     step: int
@@ -46,7 +46,7 @@ class Increment:
     normal: LoadControl
     tangential: LoadControl
     bulk: dict[str, float] = field(default_factory=dict)
-    stretch: Vector | None = None
+    strain_mismatch: Vector | None = None
     friction: float | None = None
 
 
@@ -210,15 +210,6 @@ class LoadPath:
         """Return the first and the last step of a repetition of a cycle, both counted from 1."""
         return self._steps_of[cycle, turn]
 
-    def growth(self, step: int) -> float | None:
-        """Return the load step at `step` over the one before it, None where that is of another stage."""
-        planned = self._planned_at(step)
-        if planned is None or step == planned.first:
-            return None
-        before = planned.share(step - 2) if step - 1 > planned.first else 0.0
-        last = planned.share(step - 1) - before
-        return (planned.share(step) - planned.share(step - 1)) / last if last > 0.0 else None
-
     def _planned_at(self, step: int) -> _PlannedStage | None:
         """Return the stage of `step`; None after the last one."""
         within = step < self.increments
@@ -246,9 +237,9 @@ class LoadPath:
         if response is None:
             return Increment(step, planned.stage, normal, tangential, friction=friction)
         bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
-        stretch = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
+        strains = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
         bulk = response.with_constraint(bulk)
-        return Increment(step, planned.stage, normal, tangential, bulk, stretch if stretch.any() else None, friction)
+        return Increment(step, planned.stage, normal, tangential, bulk, strains if strains.any() else None, friction)
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""
@@ -258,7 +249,7 @@ class LoadPath:
         part = planned.share(step)
         values = {}
         for name, end in planned.after.items():
-            if name == "friction":  # at once, since a bound is no load
+            if name == "friction":  # at once, since the friction limit is no load
                 values[name] = end
                 continue
             begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))

@@ -1,14 +1,21 @@
-"""Elastic constants of a pair of bodies in the half-space solutions.
+"""What the bodies and their friction are as materials: compliances, strains under bulk stress, orthotropic friction.
 
-Sources: Johnson, Contact Mechanics (1985), chapters 3 and 5; Dundurs (1969). Moduli are in MPa.
+Sources of the compliances: Johnson, Contact Mechanics (1985), chapters 3 and 5; Dundurs (1969). Moduli are in MPa.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fretsolve.case.keys.body_spec import Body
+import numpy as np
+
+from fretsolve.case.history import BULK
+from fretsolve.case.keys.body_spec import Body, ElasticBody
+from fretsolve.model.grid import Grid
+from fretsolve.model.load_control import LoadControl
+from fretsolve.system.arrays import FloatArray, Vector
 
 
 @dataclass(frozen=True)
@@ -55,3 +62,107 @@ def compliances(body_1: Body | None, body_2: Body | None) -> Compliances:
             B += nu / shear_modulus
             C += sign * (1.0 - 2.0 * nu) / shear_modulus
     return Compliances(A, B, C)
+
+
+@dataclass(frozen=True)
+class BulkResponse:
+    """The strains of the two surfaces under bulk stress, a uniform in-plane stress; plane_strain: in line contact.
+
+    What counts in a contact is the mismatch, the strain of body 2's surface less the strain of body 1's surface:
+
+        e_xx = (sxx - nu syy)/E,   e_yy = (syy - nu sxx)/E,   e_xy = (1 + nu) sxy/E       in plane stress
+        e_xx = (1 - nu^2) sxx/E                                                          in plane strain, syy = nu sxx
+
+    A free surface is in plane stress; a line contact, where nothing moves along y, in plane strain.
+    """
+
+    bodies: tuple[Body, Body]
+    plane_strain: bool = False
+
+    def mismatch(self, stresses: Mapping[str, float]) -> Vector:
+        """Return De_xx, De_yy, De_xy, (3,), under bulk stresses (MPa) by their names; those not named are 0."""
+        first, second = (
+            surface_strain(kind, [stresses.get(name, 0.0) for name in BULK[body]], self.plane_strain)
+            for body, kind in enumerate(self.bodies, start=1)
+        )
+        return second - first
+
+    def with_constraint(self, stresses: Mapping[str, float]) -> dict[str, float]:
+        """Return bulk stresses (MPa) by their names; in plane strain with that along y, nu times that along x."""
+        found = dict(stresses)
+        for body, kind in enumerate(self.bodies, start=1) if self.plane_strain else ():
+            along, across, _ = BULK[body]
+            if along in found and isinstance(kind, ElasticBody):
+                found[across] = kind.poisson_ratio * found[along]
+        return found
+
+
+def surface_strain(body: Body, stress: list[float], plane_strain: bool = False) -> Vector:
+    """Return e_xx, e_yy, e_xy, (3,), of a body's surface under the bulk stress xx, yy, xy (MPa)."""
+    if not isinstance(body, ElasticBody):
+        return np.zeros(3)
+    (xx, yy, xy), modulus, nu = stress, body.young_modulus, body.poisson_ratio
+    if plane_strain:
+        return np.array([(1.0 - nu**2) * xx / modulus, 0.0, 0.0])
+    return np.array([xx - nu * yy, yy - nu * xx, (1.0 + nu) * xy]) / modulus
+
+
+def mismatch_displacement(mismatch: Vector, grid: Grid, followed: Vector | None = None) -> FloatArray:
+    """Return w at the cells' centres, (2, nx, ny) in mm, by which a mismatch moves body 2's surface over body 1's.
+
+    w = (De_xx x + De_xy y, De_xy x + De_yy y), 0 at the origin.
+
+    followed: a rigid motion delta_x, delta_y, phi_z that is taken from it.
+    """
+    (xx, yy, xy), (along, across, turn) = mismatch, np.zeros(3) if followed is None else followed
+    x, y = grid.x[:, None], grid.y
+    return np.stack([xx * x + (xy + turn) * y - along, (xy - turn) * x + yy * y - across])
+
+
+@dataclass(frozen=True)
+class Orthotropy:
+    """Friction with two coefficients, along two axes: the matrix M, symmetric and of determinant 1, by its entries.
+
+    The shear traction satisfies (q_1/mu_1)^2 + (q_2/mu_2)^2 <= p^2, and the slip follows (q_1/mu_1^2, q_2/mu_2^2). M
+    has the axes of friction and there the values mu_i/mu, mu = sqrt(mu_1 mu_2). The scaled traction q' = M^-1 q and
+    slip s' = M s obey isotropic friction with the coefficient mu, and q.s = q'.s'.
+    """
+
+    xx: float
+    xy: float
+    yy: float
+
+    @classmethod
+    def of(cls, pair: tuple[float, float], angle: float) -> Orthotropy:
+        """Return M for coefficients along two axes; angle: from x to the first (rad)."""
+        first = math.sqrt(pair[0] / pair[1])
+        cosine, sine = (0.0 if abs(part) < 1e-15 else part for part in (math.cos(angle), math.sin(angle)))
+        xx, yy = first * cosine**2 + sine**2 / first, first * sine**2 + cosine**2 / first
+        return cls(xx, (first - 1.0 / first) * cosine * sine, yy)
+
+    @property
+    def inverse(self) -> Orthotropy:
+        """M^-1."""
+        return Orthotropy(self.yy, -self.xy, self.xx)
+
+    def times(self, field: FloatArray) -> FloatArray:
+        """Return M times a field of vectors (2, ...), a new array of its precision."""
+        result = np.empty_like(field)
+        result[0] = self.xx * field[0] + self.xy * field[1]
+        result[1] = self.xy * field[0] + self.yy * field[1]
+        return result
+
+    def times_motion(self, motion: Vector) -> Vector:
+        """Return the motion (..., delta_x, delta_y, phi_z) with its displacements along x and y times M."""
+        result = motion.copy()
+        result[-3:-1] = self.times(motion[-3:-1])
+        return result
+
+    def scaled(self, control: LoadControl) -> LoadControl:
+        """Return what is imposed of Qx|delta_x, Qy|delta_y, phi_z on the scaled problem.
+
+        Without an angle forces and displacements may be mixed; with one both are of one kind.
+        """
+        force, motion = (matrix.times(np.array(control.values[:2])) for matrix in (self.inverse, self))
+        x, y = (float(force[i] if control.forced[i] else motion[i]) for i in (0, 1))
+        return LoadControl(control.forced, (x, y, control.values[2]))

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
-from fretsolve.model.materials import Compliances, compliances
+from fretsolve.model.materials import BulkResponse, Compliances, Orthotropy, compliances
+from fretsolve.reference.line import pressed_stick_ratio
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
-
-if TYPE_CHECKING:  # few cases have bulk stress, or friction with a direction
-    from fretsolve.model.bulk_stress import BulkResponse
-    from fretsolve.model.orthotropy import Orthotropy
 
 UNCOUPLED_BELOW = 1e-12
 """Bodies count as alike up to this |Dundurs' constant|, which is the rounding of equal elastic constants."""
@@ -146,8 +143,6 @@ def derive_model(case: Case, largest_friction: float | None = None) -> Model:
 def _orthotropy(case: Case) -> Orthotropy | None:
     if case.friction.pair is None:
         return None
-    from fretsolve.model.orthotropy import Orthotropy  # few cases have one
-
     return Orthotropy.of(case.friction.pair, case.friction.angle or 0.0)
 
 
@@ -156,8 +151,6 @@ def _bulk_response(case: Case) -> BulkResponse | None:
     named = [[target for target in stage.targets if target[0].startswith("bulk_")] for stage in case.stages()]
     if not any(named):
         return None
-    from fretsolve.model.bulk_stress import BulkResponse
-
     response, stresses = BulkResponse(case.bodies, plane_strain=case.plane is not None), dict[str, float]()
     for targets in named:
         stresses |= dict(targets)
@@ -231,8 +224,6 @@ def _warnings(
     if needed:
         beta = material.dundurs_constant
         if line:
-            from fretsolve.reference.line import pressed_stick_ratio  # other cases need none of it
-
             ratio = percent(pressed_stick_ratio(friction, beta), 3)
             sticks = f"a cylinder under P alone sticks on {ratio} of the contact's width"
         else:

@@ -53,8 +53,8 @@ NO_BREAK = "\N{NO-BREAK SPACE}"
 MOST_COLUMNS = 2
 """Panels side by side."""
 
-LEGEND_WIDTH = 1.7
-"""Inches of an entry in a legend."""
+PANEL_WIDTH = 3.7
+"""Inches of a panel of curves or of a section, of which two are side by side on a page."""
 
 BELOW_LABEL: dict[str, Any] = {
     "loc": "upper center",
@@ -114,7 +114,7 @@ class Canvas:
     def legend(self, handles: Sequence[Any], columns: int) -> None:
         """Add a legend below all panels of a new figure, or on the first of the user's axes."""
         if handles and self.own:
-            most = max(1, int(self.figure.get_figwidth() / LEGEND_WIDTH))
+            most = max(1, int(self.figure.get_figwidth() / 1.7))  # inches of an entry
             columns = min(columns, most)
             width = int(LETTERS * self.figure.get_figwidth() / columns)
             texts = [str(handle.get_label()).replace(" = ", "\xa0=\xa0") for handle in handles]
@@ -194,9 +194,9 @@ def canvas(
 
 
 def scaled_height(aspect: float, width: float) -> float:
-    """Return the height (inches) of a panel `width` wide whose axes have one scale; aspect: height over width of them.
+    """Return the height (inches) of a panel `width` wide whose axes have one scale.
 
-    A colour bar, labels and a title take a part of both.
+    aspect: height of the axes over their width. A colour bar, labels and a title take a part of both.
     """
     return min(max((width - 1.4) * aspect, 0.5), 4.0) + 0.75
 

@@ -11,7 +11,7 @@ from fretsolve.plots.sheet import Sheet
 
 if TYPE_CHECKING:  # the command line lists the kinds, and is to load click alone
     from fretsolve.result import Result
-    from fretsolve.stress.halfspace.influence import Body
+    from fretsolve.stress.influence import Body
 
 STILL, MOVING = ("png", "pdf", "svg"), ("gif", "mp4")
 """File formats; the first one is the default."""
@@ -78,12 +78,12 @@ def film_dpi(dpi: int) -> int:
 
 _ALL = (
     PictureKind("loop", "histories:loop", "Force over displacement; shaded: the energy dissipated in a cycle."),
-    PictureKind("profiles", "line_profiles:profiles", "Fields along two lines through the contact.", ("steps", "at")),
+    PictureKind("profiles", "profiles:profiles", "Fields along two lines through the contact.", ("steps", "at")),
     PictureKind("map", "maps:contact_map", "Fields over the contact; arrows show directions.", ("step", "fields")),
     PictureKind("streamlines", "directions:streamlines", "Lines along shear traction and slip.", ("step",)),
     PictureKind("slip-angle", "directions:slip_angle", "Angle from the load to the slip.", ("step",)),
     PictureKind("stick-history", "histories:stick_history", "Stick radius over contact radius, over the load."),
-    PictureKind("wear", "worn_scar:wear", "Worn scar, volume and depth over the cycles.", column="wear_volume"),
+    PictureKind("wear", "profiles:wear", "Worn scar, volume and depth over the cycles.", column="wear_volume"),
     PictureKind("convergence", "histories:convergence", "Iterations and residuals of each increment."),
     PictureKind(
         "stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step", "body")
@@ -93,7 +93,7 @@ _ALL = (
     ),
     PictureKind(
         "fatigue-map",
-        "fatigue_maps:fatigue_map",
+        "stresses:fatigue_map",
         "Where cracks may begin, by `fretsolve fatigue`.",
         ("fields", "body"),
         beside=".fatigue.h5",

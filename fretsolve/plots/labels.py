@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,6 +20,7 @@ from fretsolve.plots.canvas import panel_height
 from fretsolve.plots.snapshot import VECTORS
 from fretsolve.result import Result
 from fretsolve.result.layout import HISTORY
+from fretsolve.system.arrays import DoubleArray
 
 FIELD_NAMES = {
     "pressure": "pressure",
@@ -39,20 +41,11 @@ FIELD_NAMES = {
 MOST_NAMED = 7
 """Most lines that a legend names; a colour bar shows more."""
 
-MOST_MARKERS = 12
-"""Markers on a line where they only tell lines apart; shorter lines have one at each point."""
-
 MOST_INCREMENTS = 60
 """Markers on a line whose points are increments or cases; on a longer line some points have none."""
 
-LOW = 1.1
-"""Inches of a panel below which the label of its depth takes two lines."""
-
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
-
-CLOSED_FORM_POINTS: dict[str, Any] = {"color": "0.78", "linestyle": "", "marker": "o", "markersize": 8.0, "zorder": 1.5}
-"""Options of values of a closed form that no curve joins."""
 
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
@@ -84,7 +77,7 @@ class Mark:
     marker: str
     index: int = 0
 
-    def options(self, points: int, most: int = MOST_MARKERS) -> dict[str, Any]:
+    def options(self, points: int, most: int = 12) -> dict[str, Any]:
         """Return the options of `Axes.plot` for a line of `points` points, with about `most` markers."""
         every = marker_spacing(points, most)
         return {
@@ -112,6 +105,12 @@ def marks(count: int) -> list[Mark]:
     if count > MOST_NAMED:
         return [Mark(color, "-", "", index) for index, color in enumerate(colors)]
     return [Mark(color, _DASHES[index], _MARKERS[index], index) for index, color in enumerate(colors)]
+
+
+def draw_lines(axes: Axes, x: ArrayLike, lines: Sequence[tuple[str, DoubleArray]], **look: Any) -> None:
+    """Draw lines, each with its label, over `x`; look: further options of `Axes.plot`."""
+    for (label, values), mark in zip(lines, marks(len(lines)), strict=True):
+        axes.plot(x, values, label=label, **mark.options(len(values)) | look)
 
 
 class Unit(NamedTuple):
@@ -167,4 +166,5 @@ def short_number(value: float, scale: float) -> str:
 def label_depth(axes: Axes, body: int, deepest: float) -> None:
     """Make y the depth, from the surface to `deepest` (mm): downwards in body 2, and upwards in body 1 above it."""
     axes.set_ylim((0.0, deepest) if body == 1 else (deepest, 0.0))
-    axes.set_ylabel(f"depth in{chr(10) if panel_height(axes) < LOW else ' '}body {body} (mm)")
+    between = "\n" if panel_height(axes) < 1.1 else " "  # inches: on a low panel the label takes two lines
+    axes.set_ylabel(f"depth in{between}body {body} (mm)")

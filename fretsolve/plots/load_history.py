@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.history import BULK, PAIRS
-from fretsolve.export.selection import relevant_columns
+from fretsolve.export.selection import first_and_last, relevant_columns
 from fretsolve.plots.labels import short_number, symbol, unit_of
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
-
-FIRST_ENDS, LAST_ENDS = 2, 4
-"""Number of stage ends that are drawn of a long path: pressed, first loaded, and the last cycle."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +102,8 @@ def chosen_stage_ends(result: Result) -> list[int]:
     ends = [int(step) for step in stage_ends(result.history["stage"]) if int(step) in result.steps]
     if result.steps and result.steps[-1] not in ends:
         ends.append(result.steps[-1])
-    return ends if len(ends) <= FIRST_ENDS + LAST_ENDS else ends[:FIRST_ENDS] + ends[-LAST_ENDS:]
+    # of a long path: pressed, first loaded, and the last cycle
+    return list(map(int, first_and_last(np.array(ends, int), most=6, first=2)))
 
 
 def load_text(result: Result, step: int, *, plain: bool = False) -> str:

@@ -13,8 +13,8 @@ from fretsolve.export.text_report import print_report
 from fretsolve.plots.canvas import TWO_COLUMNS, rendered, title_of
 from fretsolve.plots.kinds import KINDS, MOVING, film_dpi
 from fretsolve.plots.load_history import step_text
-from fretsolve.plots.pictures.line_profiles import profiles
 from fretsolve.plots.pictures.maps import few_steps, film
+from fretsolve.plots.pictures.profiles import profiles
 from fretsolve.plots.sheet import Sheet
 from fretsolve.plots.snapshot import require_increments
 from fretsolve.result import Result

@@ -116,7 +116,7 @@ def outer_edges(centres: DoubleArray) -> tuple[float, float]:
 
 
 def middle(snapshot: Snapshot) -> tuple[float, float]:
-    """Return the middle of the contact (mm), or that of the grid if it is at most a cell away or nothing touches."""
+    """Return the middle of the contact (mm), or of the grid if that is at most a cell away or nothing touches."""
     found = []
     for centres, low, high in _extent(snapshot.result, snapshot.contact):
         of_contact, of_grid = 0.5 * (low + high), 0.5 * float(centres[0] + centres[-1])

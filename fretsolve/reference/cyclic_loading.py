@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, catta
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
-    from fretsolve.reference.slip_from_rim import RimSlip, RimSlipBound
+    from fretsolve.reference.slip_from_rim import RimFrictionLimit, RimSlip
 
 Branch = TypeVar("Branch")
 
@@ -24,12 +25,44 @@ SAME = 1e-6
 """Loads that differ by no more than this, relative to the load they go with, are equal."""
 
 
+class MasingPath(ABC, Generic[Branch]):
+    """What a path of loads, all at one normal load, leaves in a contact that begins unloaded.
+
+    By Masing's rule each branch after the first is twice the first loading by half of its length.
+    """
+
+    path: tuple[float, ...]
+
+    @abstractmethod
+    def on_loading(self, load: float) -> Branch:
+        """Return the solution on first loading by `load`."""
+
+    @property
+    @abstractmethod
+    def least(self) -> float:
+        """Load up to which a change does not count."""
+
+    @cached_property
+    def branches(self) -> list[tuple[float, Branch]]:
+        """The solutions on first loading that add up to the branches, with a factor each."""
+        points, _ = turning_points(self.path, self.least)
+        lengths = [after - before for before, after in pairwise(points)]
+        first = [(1.0, self.on_loading(length)) for length in lengths[:1]]
+        return first + [(2.0, self.on_loading(0.5 * length)) for length in lengths[1:]]
+
+    @cached_property
+    def last(self) -> Branch | None:
+        """The solution on first loading whose stick zone is the one at the end of the path; None where all sticks."""
+        load = last_branch(self.path, self.least)
+        return self.on_loading(load) if load else None
+
+
 @dataclass(frozen=True)
-class CyclicLoading:
+class CyclicLoading(MasingPath["CattaneoMindlin | LubkinContact | RimSlip"]):
     """A Hertz contact about `center` (mm) under a force along `direction`, or (None) under a torque.
 
-    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques; bound: the
-    friction limit where it is not `friction` times pressure, for forces alone.
+    compliance: tangential or torsional (1/MPa); path: the successive forces along the direction, or torques;
+    friction_limit: where it is not `friction` times pressure, for forces alone.
     """
 
     hertz: HertzContact
@@ -38,12 +71,12 @@ class CyclicLoading:
     compliance: float
     direction: tuple[float, float] | None
     path: tuple[float, ...]
-    bound: RimSlipBound | None = None
+    friction_limit: RimFrictionLimit | None = None
 
     @property
     def source(self) -> str:
         """The authors of the solution."""
-        if self.bound is not None:
+        if self.friction_limit is not None:
             return "slip from the rim"
         return "Lubkin" if self.direction is None else "Cattaneo-Mindlin"
 
@@ -64,45 +97,12 @@ class CyclicLoading:
         """The force mu P, or a torque just below gross slip."""
         if self.direction is None:
             return gross_slip_torque(self.hertz, self.friction) * (1.0 - SAME)
-        if self.bound is not None:
-            return self.bound.gross_slip_force
+        if self.friction_limit is not None:
+            return self.friction_limit.gross_slip_force
         return self.friction * self.hertz.load
 
     @property
-    def stick_radius(self) -> float:
-        """Radius c, decided by the branch after the last turning point."""
-        last = last_branch(self.path, self._least)
-        return self.on_loading(last).stick_radius if last else self.hertz.contact_radius
-
-    def displacements(self) -> dict[str, float]:
-        """Return the rotation phi_z, or the rigid displacements delta_x and delta_y that are not 0."""
-        name = "phi_z" if self.direction is None else "delta_x"
-        total: float = sum(factor * getattr(branch, name) for factor, branch in self._branches)
-        if self.direction is None:
-            return {name: total}
-        return {name: total * part for name, part in zip(("delta_x", "delta_y"), self.direction, strict=True) if part}
-
-    def shear(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-        """Return the shear traction (2, n) at points (n,)."""
-        along_x, along_y = x - self.center[0], y - self.center[1]
-        r = np.hypot(along_x, along_y)
-        total = sum((factor * branch.shear(r) for factor, branch in self._branches), np.zeros_like(r))
-        if self.direction is None:
-            return np.stack([-total * along_y, total * along_x]) / np.maximum(r, np.finfo(float).tiny)
-        return np.stack([total * self.direction[0], total * self.direction[1]])
-
-    def dissipated_energy(self) -> float:
-        """Return the energy (N mm) that a force dissipates on its path."""
-        return dissipated(self.path, lambda load: self._under_force(load).work_per_cycle)
-
-    @cached_property
-    def _branches(self) -> list[tuple[float, CattaneoMindlin | LubkinContact | RimSlip]]:
-        """The branches, with a factor each, as of `masing_branches`."""
-        return masing_branches(self.path, self._least, self.on_loading)
-
-    @property
-    def _least(self) -> float:
-        """Load up to which a change does not count."""
+    def least(self) -> float:
         arm = 1.0 if self.direction is not None else self.hertz.contact_radius
         return SAME * self.friction * self.hertz.load * arm
 
@@ -114,22 +114,35 @@ class CyclicLoading:
         return self._under_force(within)
 
     def _under_force(self, load: float) -> CattaneoMindlin | RimSlip:
-        if self.bound is not None:
-            return self.bound.under(load)
+        if self.friction_limit is not None:
+            return self.friction_limit.under(load)
         return cattaneo_mindlin(self.hertz, self.friction, load, self.compliance)
 
+    def dissipated_energy(self) -> float:
+        """Return the energy (N mm) that a force dissipates on its path."""
+        return dissipated(self.path, lambda load: self._under_force(load).work_per_cycle)
 
-def masing_branches(
-    path: Sequence[float], least: float, on_loading: Callable[[float], Branch]
-) -> list[tuple[float, Branch]]:
-    """Return the branches of a path with a factor each: a later one is twice the first loading by half of its length.
+    @property
+    def stick_radius(self) -> float:
+        """Radius c, decided by the branch after the last turning point."""
+        return self.hertz.contact_radius if self.last is None else self.last.stick_radius
 
-    That is Masing's rule. least: load up to which a change does not count; on_loading: the solution on first loading.
-    """
-    points, _ = turning_points(path, least)
-    lengths = [after - before for before, after in pairwise(points)]
-    first = [(1.0, on_loading(length)) for length in lengths[:1]]
-    return first + [(2.0, on_loading(0.5 * length)) for length in lengths[1:]]
+    def displacements(self) -> dict[str, float]:
+        """Return the rotation phi_z, or the rigid displacements delta_x and delta_y that are not 0."""
+        name = "phi_z" if self.direction is None else "delta_x"
+        total: float = sum(factor * getattr(branch, name) for factor, branch in self.branches)
+        if self.direction is None:
+            return {name: total}
+        return {name: total * part for name, part in zip(("delta_x", "delta_y"), self.direction, strict=True) if part}
+
+    def shear(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
+        """Return the shear traction (2, n) at points (n,)."""
+        along_x, along_y = x - self.center[0], y - self.center[1]
+        r = np.hypot(along_x, along_y)
+        total = sum((factor * branch.shear(r) for factor, branch in self.branches), np.zeros_like(r))
+        if self.direction is None:
+            return np.stack([-total * along_y, total * along_x]) / np.maximum(r, np.finfo(float).tiny)
+        return np.stack([total * self.direction[0], total * self.direction[1]])
 
 
 def cyclic_loading(

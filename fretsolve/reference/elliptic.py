@@ -9,9 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-HALVINGS = 60
-"""They leave 1e-18 of an interval."""
-
 
 def complete_integral(complement: float, cosine: float = 1.0, sine: float = 1.0) -> float:
     """Return the integral of (cosine cos^2 f + sine sin^2 f)/sqrt(1 - k^2 sin^2 f) over f from 0 to pi/2.
@@ -44,7 +41,7 @@ def growing_root(function: Callable[[float], float], low: float, high: float) ->
 
     Brent's method takes a sixth of the calls, which are of microseconds, but an import.
     """
-    for _ in range(HALVINGS):
+    for _ in range(60):  # they leave 1e-18 of the interval
         middle = 0.5 * (low + high)
         low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
     return 0.5 * (low + high)

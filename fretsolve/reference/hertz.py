@@ -101,12 +101,6 @@ def hertz_elliptic(load: float, radius_x: float, radius_y: float, contact_modulu
     return HertzContact(load, semi_axes, p0, delta_z, (radius_x, radius_y))
 
 
-def hertz_line_half_width(load_per_length: float, radius: float, contact_modulus: float) -> float:
-    """Return b = sqrt(4 P' R/pi E*) of a cylinder under P' N/mm; Johnson, section 4.2(c)."""
-    _require(min(load_per_length, radius, contact_modulus) > 0.0, "load, radius and modulus must be positive")
-    return math.sqrt(4.0 * load_per_length * radius / (math.pi * contact_modulus))
-
-
 @dataclass(frozen=True)
 class RoundContact:
     """Contact of a cone or a flat punch: load P, contact radius a, approach delta_z."""

@@ -1,8 +1,8 @@
-"""Line contact in plane strain, all loads per mm of its length: cylinder and rounded punch, and partial slip on them.
+"""Line contact in plane strain without friction, all loads per mm of its length: cylinder and rounded punch.
 
-Sources: Hertz as in Johnson, Contact Mechanics (1985), section 4.2; Cattaneo and Mindlin as there, section 7.2; Spence
-(1973) for contacts that grow without changing shape; Ciavarella, Hills & Monno (1998) for the rounded punch; Ciavarella
-(1998) and Jaeger (1998) for its shear. Every function raises ValueError outside its stated range.
+Sources: Hertz as in Johnson, Contact Mechanics (1985), section 4.2; Ciavarella, Hills & Monno (1998) for the rounded
+punch; Spence (1973) for the stick zone of contacts that grow without changing shape. Every function raises ValueError
+outside its stated range. `line_slip` has partial slip on these contacts.
 """
 
 from __future__ import annotations
@@ -139,61 +139,6 @@ def _less_sine(angle: float) -> float:
         total += term
         term *= -square / (n * (n + 1))
     return total
-
-
-@dataclass(frozen=True)
-class LinePartialSlip:
-    """Partial slip of similar bodies under a tangential force Q (N/mm, either sign) at constant load (N/mm).
-
-    compliance: A for Qx, A + B for Qy (1/MPa). The shear is mu times the pressure less that of the load P - Q/mu.
-    """
-
-    contact: LineContact
-    friction: float
-    shear_force: float
-    compliance: float
-
-    def __post_init__(self) -> None:
-        if not abs(self.shear_force) < self.friction * self.contact.load:
-            raise ValueError("the tangential force must be below friction times load")
-
-    @property
-    def sticking(self) -> LineContact:
-        """The contact at the load P - Q/mu, whose width sticks."""
-        return self.contact.under(self.contact.load - abs(self.shear_force) / self.friction)
-
-    @property
-    def stick_half_width(self) -> float:
-        """Half-width c of the stick zone (mm)."""
-        return self.sticking.half_width
-
-    def shear(self, x: DoubleArray) -> DoubleArray:
-        """Return the shear traction at `x` from the middle (MPa)."""
-        less = self.contact.pressure(x) - self.sticking.pressure(x)
-        return math.copysign(self.friction, self.shear_force) * less
-
-    def slip(self, x: DoubleArray) -> DoubleArray:
-        """Return the slip at `x` from the middle of a cylinder (mm); 0 in the stick zone.
-
-        s = (compliance mu p0/2a) c^2 (t sqrt(t^2 - 1) - acosh t), t = abs(x)/c.
-        """
-        a, c = self.contact.half_width, self.stick_half_width
-        t = np.maximum(np.abs(x) / c, 1.0)
-        size = self.compliance * self.friction * self.contact.max_pressure / (2.0 * a) * c**2
-        moved = size * (t * np.sqrt(t * t - 1.0) - np.arccosh(t))
-        return math.copysign(1.0, self.shear_force) * np.where(np.abs(x) <= a, moved, 0.0)
-
-    @property
-    def work_per_cycle(self) -> float:
-        """Energy dissipated in a full cycle of a cylinder between plus and minus Q (mJ/mm): 8 int_c^a mu p s dx."""
-        a, c = self.contact.half_width, self.stick_half_width
-        # x = a cos u turns the square root at the edge into a smooth function, c + ... keeps the other end smooth
-        nodes, weights = np.polynomial.legendre.leggauss(80)
-        most = math.acos(c / a)
-        u = most * (1.0 - (0.5 * (1.0 + nodes)) ** 2)
-        x = a * np.cos(u)
-        density = self.friction * self.contact.pressure(x) * np.abs(self.slip(x))
-        return 8.0 * float(np.sum(weights * 0.5 * most * (1.0 + nodes) * density * a * np.sin(u)))
 
 
 def pressed_stick_ratio(friction: float, dundurs_constant: float) -> float:

@@ -31,10 +31,10 @@ CELLS_TRIED = 400
 
 
 @dataclass(frozen=True)
-class RimSlipBound:
-    """A friction limit b(r) (MPa) on a disk; bound: of radii (mm), an array like them; compliance: S (1/MPa)."""
+class RimFrictionLimit:
+    """A friction limit b(r) (MPa) on a disk; limit: of radii (mm), an array like them; compliance: S (1/MPa)."""
 
-    bound: Callable[[DoubleArray], DoubleArray]
+    limit: Callable[[DoubleArray], DoubleArray]
     contact_radius: float
     compliance: float
 
@@ -47,7 +47,7 @@ class RimSlipBound:
     def gross_slip_torque(self) -> float:
         """The torque (N mm) of gross slip about the middle, int b r dA."""
         r, weights = self.points(0.0)
-        return 2.0 * math.pi * float(np.sum(weights * r**2 * self.bound(r)))
+        return 2.0 * math.pi * float(np.sum(weights * r**2 * self.limit(r)))
 
     @cached_property
     def slips_from_rim(self) -> bool:
@@ -63,7 +63,7 @@ class RimSlipBound:
             stop = np.sqrt(np.maximum(end**2 - x**2, 0.0))
             half = 0.5 * (stop - start)
             r = np.hypot(x[:, None], start[:, None] + half[:, None] * (nodes + 1.0))
-            total += 2.0 * half * (self.bound(np.minimum(r, self.contact_radius)) @ weights)
+            total += 2.0 * half * (self.limit(np.minimum(r, self.contact_radius)) @ weights)
             start = stop
         return total
 
@@ -97,18 +97,18 @@ class RimSlipBound:
     def _steps(self) -> tuple[float, ...]:
         """The radii at which b steps."""
         r = np.linspace(0.0, self.contact_radius, RADII)
-        values = self.bound(r)
+        values = self.limit(r)
         least = STEP * float(np.abs(values).max())
         steps = []
         for i in np.flatnonzero(np.abs(np.diff(values)) > least):
             low, high = float(r[i]), float(r[i + 1])
             for _ in range(50):
-                ends, middle = self.bound(np.array([low, 0.5 * (low + high), high])), 0.5 * (low + high)
+                ends, middle = self.limit(np.array([low, 0.5 * (low + high), high])), 0.5 * (low + high)
                 if abs(ends[1] - ends[0]) > abs(ends[2] - ends[1]):
                     high = middle
                 else:
                     low = middle
-            if abs(float(np.diff(self.bound(np.array([low, high])))[0])) > least:
+            if abs(float(np.diff(self.limit(np.array([low, high])))[0])) > least:
                 steps.append(0.5 * (low + high))
         return tuple(steps)
 
@@ -117,7 +117,7 @@ class RimSlipBound:
 class RimSlip:
     """A contact under a shear force on first loading, sticking inside of `stick_radius`."""
 
-    law: RimSlipBound
+    law: RimFrictionLimit
     shear_force: float
     stick_radius: float
 
@@ -139,7 +139,7 @@ class RimSlip:
         It is b less what disks of less than the stick radius would add, -(1/pi) int_r^c bh'/sqrt(x^2 - r^2) dx.
         """
         a, c = self.law.contact_radius, self.stick_radius
-        traction = np.where(r <= a, self.law.bound(np.minimum(r, a)), 0.0)
+        traction = np.where(r <= a, self.law.limit(np.minimum(r, a)), 0.0)
         inside = r < c
         if inside.any():
             # x^2 = r^2 + s^2, with differences of bh between the ends of equal parts of s

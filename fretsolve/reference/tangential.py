@@ -1,8 +1,9 @@
 """Tangential force and torque on a Hertz contact, and friction under pressing alone.
 
-Sources: Cattaneo (1938), Mindlin (1949), Mindlin & Deresiewicz (1953), Lubkin (1951), Spence (1975); Johnson, Contact
-Mechanics (1985), chapters 3 and 7. Formulas are arranged so that nothing cancels at small loads. Compliances are those
-of `fretsolve.model.materials.Compliances`. Every function raises ValueError outside its stated range.
+Sources: Cattaneo (1938), Mindlin (1949), Mindlin & Deresiewicz (1953), Lubkin (1951), Spence (1975), Nowell & Hills
+(1987); Johnson, Contact Mechanics (1985), chapters 3 and 7. Formulas are arranged so that nothing cancels at small
+loads. Compliances are those of `fretsolve.model.materials.Compliances`, a mismatch is that of `line_slip`. Every
+function raises ValueError outside its stated range.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 
@@ -151,6 +153,60 @@ class LubkinContact:
         K, E = ellipkm1(square), ellipe(1.0 - square)
         bracket = np.pi / 2 + (K - E) * ellipkinc(psi, square) - K * ellipeinc(psi, square)
         return np.asarray(limit * np.where(inside < 1.0, 2.0 / np.pi * bracket, 1.0))
+
+
+@dataclass(frozen=True)
+class SphereUnderBulk:
+    """A sphere on a flat under a force along x, |Q| < mu P, and a mismatch De_xx with De_yy = -De_xx D2/D1.
+
+    compliances: A and B (1/MPa); D1 = 4A + B, D2 = B. An eccentric circle sticks while it lies inside the contact, in
+    the sense of Cattaneo and Mindlin, who neglect that slip turns across the force. Without uy from qx (coupling: none)
+    it is exact with De_yy = 0. From Johnson, eq. 3.91.
+    """
+
+    hertz: HertzContact
+    friction: float
+    compliances: tuple[float, float]
+    shear_force: float
+    mismatch: float
+
+    source: ClassVar[str] = "Cattaneo-Mindlin, shifted"
+
+    def __post_init__(self) -> None:
+        if not self.hertz.is_circle or not abs(self.shear_force) < self.friction * self.hertz.load:
+            raise ValueError("a circular contact is needed, and |Q| below mu P")
+        if abs(self.stick_center) + self.stick_radius > self.hertz.contact_radius:
+            raise ValueError("no closed form where the stick zone reaches the edge of the contact")
+
+    @property
+    def stick_radius(self) -> float:
+        """c = a (1 - f)^(1/3)."""
+        fraction = abs(self.shear_force) / (self.friction * self.hertz.load)
+        return self.hertz.contact_radius * math.cbrt(1.0 - fraction)
+
+    @property
+    def stick_center(self) -> float:
+        """e = 16 a De_xx/(pi mu p0 D1) for Q > 0 (mm)."""
+        scale = math.pi * self.friction * self.hertz.max_pressure * self._along
+        return math.copysign(16.0 * self.hertz.contact_radius / scale, self.shear_force) * self.mismatch
+
+    @property
+    def delta_x(self) -> float:
+        """(pi mu p0/32a) [4 S (a^2 - c^2) + D1 e^2] with S = 2A + B (mm), with the sign of Q."""
+        a, c, e = self.hertz.contact_radius, self.stick_radius, self.stick_center
+        tangential = 2.0 * self.compliances[0] + self.compliances[1]
+        scale = math.pi * self.friction * self.hertz.max_pressure / (32.0 * a)
+        return math.copysign(scale * (4.0 * tangential * (a**2 - c**2) + self._along * e**2), self.shear_force)
+
+    @property
+    def mismatch_across(self) -> float:
+        """De_yy = -De_xx D2/D1, which the solution needs."""
+        return -self.mismatch * self.compliances[1] / self._along
+
+    @property
+    def _along(self) -> float:
+        A, B = self.compliances
+        return 4.0 * A + B
 
 
 def gross_slip_torque(hertz: HertzContact, friction: float) -> float:

@@ -13,18 +13,17 @@ from typing import Any
 import numpy as np
 
 from fretsolve import __version__
-from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.errors import FileError, KeyPath, dotted
 from fretsolve.result.layout import (
     FORMAT_VERSION,
-    HEADER,
-    HEADER_GROUP,
     FieldQuantity,
     Quantity,
+    described,
     is_single,
     optional_columns,
+    row_type,
     stored_fields,
 )
-from fretsolve.result.storage import create_column, write_texts
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.foreign_files import own_dataset
 
@@ -38,15 +37,16 @@ ERROR_BARS = ("solver", "error_bars")
 """Key of a case that asks for error bars."""
 
 CHECKSUM = "sha256"
-"""Name of the checksum in a header's text."""
+"""Name of the checksum in a header."""
+
+HEADER = "header/json"
+"""Dataset of a result that fretsolve reads instead of the root's attributes."""
 
 CONTENT = "content"
-"""Name of what a header's text says of the datasets."""
+"""Name of what a header says of the datasets."""
 
 LARGEST_HEADER = 2**25
-"""Bytes of a header's text. A case file has at most 4 MiB."""
-
-STATUSES = ("complete", "failed", "running", "stopped")
+"""Bytes of a header's text. A case file has at most 4 MiB, which JSON may make three times as many, twice."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +90,15 @@ class RunHeader:
         return optional_columns(self.case)
 
     @cached_property
-    def digest(self) -> bytes:
+    def row_type(self) -> np.dtype[Any]:
+        """The type of a record of the history."""
+        return row_type(self.errors, self.optional_columns)
+
+    @cached_property
+    def digest(self) -> str:
         """SHA-256 of the version and of all that decides the numbers of the run; the same after a resume."""
         identity = sorted(([*map(str, key)], value) for key, value in _identity(self.attributes("running")).items())
-        return hashlib.sha256(json.dumps([self.version, identity]).encode()).digest()
+        return _digest([self.version, identity])
 
     @property
     def stored_fields(self) -> tuple[FieldQuantity, ...]:
@@ -110,16 +115,6 @@ class RunHeader:
         values = {"fretsolve_version": self.version, "status": status, **{name: getattr(self, name) for name in names}}
         return values if failure is None else {**values, "failure": failure[0], "failure_kind": failure[1]}
 
-    def require_modest(self) -> None:
-        """Raise CaseError if the header would be too long to be read again."""
-        texts = self.case_yaml, self.effective_case, self.model, self.inputs, self.provenance
-        size = len(json.dumps(texts)) + 64 * sum(self.shape)
-        if size > LARGEST_HEADER:
-            message = (
-                f"the texts of the case would take {size} bytes in the result, at most {LARGEST_HEADER} are possible"
-            )
-            raise CaseError(f"{message}; shorten its title or comments")
-
     def to_json(self) -> str:
         """Return text with a checksum from which `from_json` rebuilds the header exactly."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -130,14 +125,7 @@ class RunHeader:
         """Rebuild a header. Raises ValueError, TypeError or KeyError if `text` is not from `to_json`."""
         values = unsealed(text)
         axes = {name: np.array(values[name], np.float64) for name in ("x", "y")}
-        header = cls(**{**values, **axes, "fields": tuple(values["fields"])})
-        require_header_texts(header.attributes("stopped"))
-        if not (header.x.ndim == header.y.ndim == 1 and np.isfinite(header.x).all() and np.isfinite(header.y).all()):
-            raise ValueError("x and y must be numbers")
-        if type(header.every) is not int or header.every < 1 or type(header.errors) is not bool:
-            raise ValueError("every must be a number of increments, errors true or false")
-        header.stored_fields  # noqa: B018 - raises ValueError for an unknown field
-        return header
+        return cls(**{**values, **axes, "fields": tuple(values["fields"])})
 
 
 def sealed(values: Mapping[str, Any]) -> str:
@@ -147,49 +135,35 @@ def sealed(values: Mapping[str, Any]) -> str:
 
 def unsealed(text: str) -> dict[str, Any]:
     """Return what `sealed` has been given. Raises ValueError if the text has changed."""
-    values = json.loads(text)
-    if not isinstance(values, dict):
-        raise ValueError("a JSON object is needed")
-    if values.pop(CHECKSUM, None) != _digest(values):
+    values: dict[str, Any] = json.loads(text)
+    if not isinstance(values, dict) or values.pop(CHECKSUM, None) != _digest(values):
         raise ValueError("the checksum does not match, so the text was changed or is damaged")
     return values
 
 
+def _digest(values: Any) -> str:
+    """Return the SHA-256 of what JSON can hold."""
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
 def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
-    """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`."""
-    texts = {name: value for name, value in attributes.items() if isinstance(value, str)}
-    write_texts(file.id, texts)
-    file.attrs.update({name: value for name, value in attributes.items() if name not in texts})
+    """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`.
+
+    h5py shows texts of attributes as such only if they have no fixed length, and HDF5 has no checksum for those.
+    """
+    file.attrs.update(attributes)
     text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)
-    create_column(file.create_group(HEADER_GROUP), HEADER, text)
+    header = file.create_dataset(HEADER, data=text, compression="gzip")
+    header.attrs.update(described("1", "the attributes of the root as JSON text in UTF-8, with their SHA-256"))
 
 
 def read_sealed(file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return attributes and content that `write_sealed` wrote. Raises ValueError or KeyError if they are damaged."""
-    name = f"{HEADER_GROUP}/{HEADER.name}"
-    stored = own_dataset(file, name)
+    stored = own_dataset(file, HEADER)
     if stored.nbytes > LARGEST_HEADER:
-        raise ValueError(f"{name} must hold at most {LARGEST_HEADER} bytes")
+        raise ValueError(f"{HEADER} must hold at most {LARGEST_HEADER} bytes")
     attributes = unsealed(stored[:].tobytes().decode())
-    content = attributes.pop(CONTENT)
-    return attributes, content
-
-
-def _digest(values: Mapping[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
-
-
-def require_header_texts(attributes: Mapping[str, Any]) -> None:
-    """Raise ValueError or KeyError unless `attributes` can be those of a result."""
-    for name in ("fretsolve_version", "status", "case_yaml", "effective_case", "coupling", "provenance"):
-        if not isinstance(attributes[name], str):
-            raise ValueError(f"{name} is not a text")
-    if attributes["status"] not in STATUSES:
-        raise ValueError(f"the status is {attributes['status'][:40]!r}; one of {', '.join(STATUSES)} is needed")
-    case = json.loads(attributes["effective_case"])
-    parts = [case, *(case.get(part, {}) for part in ("grid", "solver", "output"))] if isinstance(case, dict) else [case]
-    if not all(isinstance(part, dict) for part in parts):
-        raise ValueError("effective_case is not a case")
+    return attributes, attributes.pop(CONTENT)
 
 
 def require_same_run(file: Path, attributes: Mapping[str, Any], header: RunHeader) -> None:

@@ -1,56 +1,71 @@
-"""The files of a run: OUT, and until then its parts, one small file per increment, merged now and then.
+"""The files of a run: OUT, and until then the folder OUT.parts.
 
-A part ``FIRST-LAST.h5`` holds the increments FIRST to LAST: the rows of the history, the fields that the case
-stores, and of the newest increment whatever else a restart needs. Parts are committed by a rename and never
-modified. A merged part makes those it was merged from superfluous, which may stay behind after a kill.
+A part ``FIRST-LAST.h5`` holds the increments FIRST to LAST: rows of the history, and the fields that the case stores.
+``LAST.npz`` holds the state after them, from which a run goes on. It is committed before its part, and goes once it is
+of no more use; a part is never modified.
 """
 
 from __future__ import annotations
 
+import io
 import itertools
 import os
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.errors import FileError
-from fretsolve.result.checks import content_of, row_type
-from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.header import RunHeader, write_sealed
 from fretsolve.result.layout import (
-    CHANGE,
-    DERIVED_FIELDS,
-    DISPLACEMENT,
-    RESTART,
+    FIELD_FILTERS,
     STEP,
-    WEAR,
     FieldQuantity,
     Quantity,
     X,
     Y,
+    create_column,
+    create_field,
+    described,
     has_cycles,
     quantities_of,
 )
-from fretsolve.result.piece import RUN, Part, Piece, damage_reported, part_of
-from fretsolve.result.planes import write_planes
-from fretsolve.result.state import State
-from fretsolve.result.storage import (
-    COLUMN_FILTERS,
-    PLAIN_FILTERS,
-    chunk_shape,
-    copy_chunks,
-    create_column,
-    create_columns,
-    create_field,
-    fill_columns,
-)
+from fretsolve.result.part_reader import RUN, PartReader, content_of, damage_reported, require
+from fretsolve.result.state import Fields, State, WearState, errors_of, row_of, summary_of
 from fretsolve.system import atomic_files
+from fretsolve.system.foreign_files import own_dataset, require_regular
 
 HEADER_NAME = "header.json"
+
+RESTART = "restart"
+"""Dataset of a failed result with the bytes of its last state."""
+
+_PART_NAME = re.compile(r"([0-9]{6,18})-([0-9]{6,18})\.h5")
+_STATE_NAME = re.compile(r"[0-9]{6,18}\.npz")
+_ARRAYS = {"fields": Fields, "wear": WearState}
+"""What a state holds arrays in, besides its own."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A committed part of the increments `first` to `last`; state: the file of the state after them."""
+
+    path: Path
+    first: int
+    last: int
+
+    @classmethod
+    def named(cls, folder: Path, first: int, last: int) -> Part:
+        """Return the part of these increments, which need not be there."""
+        return cls(folder / f"{first:06d}-{last:06d}.h5", first, last)
+
+    @property
+    def state(self) -> Path:
+        return self.path.with_name(f"{self.last:06d}.npz")
 
 
 def parts_folder(out: Path) -> Path:
@@ -59,9 +74,9 @@ def parts_folder(out: Path) -> Path:
 
 
 def all_parts(folder: Path) -> list[Part]:
-    """Return every committed part, superfluous ones included, in order, merged ones first. Raises OSError."""
-    parts = filter(None, map(part_of, folder.iterdir()))
-    return sorted(parts, key=lambda part: (part.first, -part.last))
+    """Return every committed part, in order. Raises OSError."""
+    names = filter(None, (_PART_NAME.fullmatch(path.name) for path in folder.iterdir()))
+    return sorted((Part(folder / name[0], int(name[1]), int(name[2])) for name in names), key=lambda part: part.first)
 
 
 def contiguous_parts(folder: Path) -> list[Part]:
@@ -73,124 +88,133 @@ def contiguous_parts(folder: Path) -> list[Part]:
     return chosen
 
 
-def set_aside(folder: Path, parts: Sequence[Path]) -> Path:
-    """Move parts, the last one first, from the parts `folder` to a new one beside it; return that. Raises OSError."""
-    names = (folder.with_name(f"{folder.name}.damaged-{number}") for number in itertools.count(1))
-    aside = next(name for name in names if not os.path.lexists(name))
-    atomic_files.move(aside, *reversed(parts))
-    return aside
+def all_states(folder: Path) -> list[Path]:
+    """Return the files of states, in order. Raises OSError."""
+    return sorted(path for path in folder.iterdir() if _STATE_NAME.fullmatch(path.name))
 
 
-def set_result_aside(out: Path) -> Path:
-    """Give a damaged result another name, and return that. Raises OSError."""
-    names = (out.with_name(f"{out.name}.damaged-{number}") for number in itertools.count(1))
-    aside = next(name for name in names if not os.path.lexists(name))
-    atomic_files.rename(out, aside)
-    return aside
+def free_name(path: Path) -> Path:
+    """Return a name beside a damaged file or folder to which it can be moved."""
+    names = (path.with_name(f"{path.name}.damaged-{number}") for number in itertools.count(1))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def write_part(folder: Path, header: RunHeader, states: Sequence[State]) -> Part:
-    """Commit a part of `states`. Raises OSError."""
+    """Commit the last one of `states`, and then a part of all. Raises OSError."""
     first, last = states[0].summary.step, states[-1].summary.step
-    part = Part(folder / part_name(first, last), first, last)
-    write_increments(part.path, header, [], states, states[-1], digest=header.digest)
+    part = Part.named(folder, first, last)
+    write_state(part, header, states[-1])
+    with atomic_files.new_hdf5(part.path, folder) as file:
+        file.attrs[RUN] = np.bytes_(header.digest)
+        steps = [step for step in range(first, last + 1) if header.stores_fields(step)]
+        fields = file.create_group("fields")
+        fields["step"] = np.array(steps, STEP.dtype)
+        rows, _ = _write_fields(fields, header, steps, [], states)
+        file.create_dataset("rows", data=rows, chunks=rows.shape, **FIELD_FILTERS)
     return part
 
 
-def merge_parts(folder: Path, header: RunHeader, sources: Sequence[Path], last_state: State) -> Part:
-    """Commit a part of all increments of the files `sources` up to `last_state`. Raises OSError, FileError."""
-    with Piece(sources[0]) as piece:
-        first = int(piece.rows()["step"][0])
-    part = Part(folder / part_name(first, last_state.summary.step), first, last_state.summary.step)
-    write_increments(part.path, header, sources, [], last_state, digest=header.digest)
-    return part
+def write_state(part: Part, header: RunHeader, state: State) -> None:
+    """Commit the state after `part`. Raises OSError."""
+    with atomic_files.new_file(part.state, part.path.parent) as file:
+        _save_state(file, header, state)
 
 
-def part_name(first: int, last: int) -> str:
-    """Return the name of the part of the increments `first` to `last`."""
-    return f"{first:06d}-{last:06d}.h5"
+def _save_state(file: IO[bytes], header: RunHeader, state: State) -> None:
+    arrays: dict[str, Any] = {"row": _rows(header, [state]), "displacement": state.displacement}
+    for name in _ARRAYS:
+        held = {} if getattr(state, name) is None else vars(getattr(state, name))
+        arrays |= {f"{name}.{inner}": array for inner, array in held.items() if array is not None}
+    np.savez(file, **arrays)
 
 
-def write_increments(
-    path: Path,
-    header: RunHeader,
-    sources: Sequence[Path],
-    states: Sequence[State],
-    last_state: State,
-    digest: bytes = b"",
-) -> None:
-    """Write the increments of `sources` and then of `states`, which end with `last_state`, as a part does.
+def read_state(part: Part, shape: tuple[int, int]) -> State:
+    """Return the state after `part`, exactly as it was, on a grid of `shape`. Raises FileError, FileNotFoundError."""
+    with damage_reported(part.state):
+        require_regular(part.state)
+        with part.state.open("rb") as file:
+            state = _load_state(file, shape)
+        require(state.summary.step == part.last, "row", "the increment that the name says")
+        return state
 
-    digest: that of the run, to which alone the part belongs; empty where other runs begin with it, too.
-    """
-    rows = read_rows(header, sources, states)
-    first, last = int(rows["step"][0]), int(rows["step"][-1])
-    steps = [step for step in range(first, last + 1) if header.stores_fields(step)]
-    with atomic_files.new_hdf5(path, path.parent) as file:
-        file.create_dataset("rows", data=rows, chunks=rows.shape, **COLUMN_FILTERS)
-        if digest:
-            file.create_dataset(RUN, data=np.frombuffer(digest, np.uint8), chunks=(len(digest),), **COLUMN_FILTERS)
-        group = file.create_group("fields")
-        layout = {"chunks": (len(steps),), **COLUMN_FILTERS} if steps else {}
-        group.create_dataset("step", data=np.array(steps, STEP.dtype), **layout)
-        if steps:
-            _write_fields(group, header, steps, sources, states)
-        _write_restart(file, last_state, header.stored_fields if last in steps else ())
+
+def read_restart(reader: PartReader, shape: tuple[int, int]) -> State:
+    """Return the last state of a failed result. Raises FileError."""
+    with damage_reported(reader.path, RESTART):
+        return _load_state(io.BytesIO(own_dataset(reader.file, RESTART)[:].tobytes()), shape)
+
+
+def _load_state(file: IO[bytes], shape: tuple[int, int]) -> State:
+    with np.load(file, allow_pickle=False) as stored:
+        if stored.zip.testzip() is not None:
+            raise ValueError("the checksum does not match")
+        groups: dict[str, dict[str, Any]] = {name: {} for name in ("", *_ARRAYS)}
+        for name in stored.files:
+            group, _, inner = name.rpartition(".")
+            groups[group][inner] = np.ascontiguousarray(stored[name])
+    own = groups.pop("")
+    row = own.pop("row")[0]
+    for arrays in (own, *groups.values()):
+        require(all(array.shape[-2:] == shape for array in arrays.values()), "a state", "fields on the grid of the run")
+    inside = {name: _ARRAYS[name](**arrays) for name, arrays in groups.items() if arrays}
+    return State(summary_of(row), errors=errors_of(row), **own, **inside)
 
 
 def write_result(
     out: Path,
     folder: Path,
     header: RunHeader,
-    sources: Sequence[Path],
+    sources: Sequence[Part],
     unsaved: Sequence[State],
     last_state: State | None,
-    failure: tuple[str, str] | None,
-    empty: EmptyHistories | None = None,
+    status: Literal["complete", "failed", "stopped"],
+    failure: tuple[str, str] | None = None,
 ) -> None:
-    """Write the result file `out` from the parts `sources` in `folder`, and rename it into place.
+    """Write the result file `out` from the parts `sources`, and rename it into place from `folder`.
 
-    unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none.
-    failure: why the run failed and the kind of failure, None if it is complete; a failed result keeps what a restart
-    needs. empty: histories to begin with, for results of many cases. Raises FileExistsError if `out` exists, OSError,
-    FileError.
+    unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none; status:
+    unless it is complete, the result keeps what a restart needs; failure: why the run failed and the kind of failure.
+    Raises FileExistsError if `out` exists, OSError, FileError.
     """
-    rows = read_rows(header, sources, unsaved)
-    steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
+    count = 0 if last_state is None else last_state.summary.step + 1
+    steps = [step for step in range(count) if header.stores_fields(step)]
     if last_state is not None and last_state.summary.step not in steps:
         steps.append(last_state.summary.step)
-        unsaved = [last_state, *(state for state in unsaved if state is not last_state)]
+    if last_state is not None and not unsaved:
+        unsaved = [last_state]
     known = quantities_of(header.case)
-    columns = [(known[name], rows[name]) for name in rows.dtype.names or ()]  # the step first
-    beginning = b"" if empty is None else empty.file([quantity for quantity, _ in columns], len(rows))
-    with atomic_files.new_hdf5(out, folder, exclusive=True, beginning=beginning) as file:
-        if beginning:
-            fill_columns(file["history"], columns)
-        else:
-            create_columns(file.create_group("history"), columns)
-        names = [quantity.name for quantity in header.stored_fields]
-        content = content_of(rows, header.x, header.y, steps, names)
-        write_sealed(file, header.attributes("complete" if failure is None else "failed", failure), content)
+    with atomic_files.new_hdf5(out, folder, exclusive=True) as file:
         fields = file.create_group("fields")
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
-        written = _write_fields(fields, header, steps, sources, unsaved)
-        _write_cycles(file, header, rows, steps, ended=failure is None)
+        rows, written = _write_fields(fields, header, steps, sources, unsaved)
         for quantity, dataset in written:
             dataset.attrs.update(quantity.attributes)
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
-        if failure is not None and last_state is not None:
-            kept = {quantity.name: quantity for quantity in RESTART + CHANGE + DERIVED_FIELDS + WEAR}
-            for name, dataset in _write_restart(file, last_state, header.stored_fields).items():
-                dataset.attrs.update(kept[name].attributes)
+        _write_columns(file.create_group("history"), [(known[name], rows[name]) for name in rows.dtype.names or ()])
+        _write_cycles(file, header, rows, steps, ended=status == "complete")
+        names = [quantity.name for quantity in header.stored_fields]
+        write_sealed(file, header.attributes(status, failure), content_of(rows, header.x, header.y, steps, names))
+        if status != "complete" and last_state is not None:
+            memory = io.BytesIO()
+            _save_state(memory, header, last_state)
+            restart = file.create_dataset(RESTART, data=np.frombuffer(memory.getbuffer(), np.uint8))
+            restart.attrs.update(described("1", "the last state, a file of NumPy arrays (npz), for --resume"))
+
+
+def _write_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
+    """Store columns of one length, the first of which is the scale of the others."""
+    scale = None
+    for quantity, values in columns:
+        column = create_column(group, quantity, values, scale)
+        scale = scale or column
 
 
 def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
     """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
     if not has_cycles(header.case):
         return
-    from fretsolve.result.cycles.steps import stages_of  # few results need them
-    from fretsolve.result.cycles.table import cycle_table
+    from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
     def slip(step: int) -> NDArray[Any] | None:
         if "slip_x" not in file["fields"] or step not in steps:
@@ -198,79 +222,63 @@ def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Seque
         return np.array([file[f"fields/slip_{axis}"][steps.index(step)] for axis in "xy"])
 
     history = {name: rows[name] for name in rows.dtype.names or ()}
-    line = header.case.get("plane") == "strain"
-    table = cycle_table(history, stages_of(header.case), slip, ended=ended, line=line)
-    if table is None:
-        return
-    columns = [
-        (Quantity(name, table.units[name], table.meanings[name], str(values.dtype)), values)
-        for name, values in table.columns.items()
-    ]
-    create_columns(file.create_group("cycles"), columns)
+    if (table := cycle_table(history, header.case, slip, ended=ended)) is not None:
+        columns = [
+            (Quantity(name, table.units[name], table.meanings[name], str(values.dtype)), values)
+            for name, values in table.columns.items()
+        ]
+        _write_columns(file.create_group("cycles"), columns)
 
 
-def read_rows(header: RunHeader, sources: Sequence[Path], states: Sequence[State]) -> NDArray[Any]:
-    """Return the history of the files `sources` and then of `states`, a record per increment. Raises FileError."""
-    kind = row_type(header.errors, header.optional_columns)
-    record = itemgetter(*kind.names or ())
-    rows = [record(vars(state.summary) | ({} if state.errors is None else vars(state.errors))) for state in states]
-    tables = []
+def _rows(header: RunHeader, states: Sequence[State]) -> NDArray[Any]:
+    """Return the records of the history of states."""
+    record = itemgetter(*header.row_type.names or ())
+    return np.array([record(row_of(state)) for state in states], header.row_type)
+
+
+def read_rows(header: RunHeader, sources: Sequence[Part]) -> NDArray[Any]:
+    """Return the history in parts, a record per increment. Raises FileError."""
+    tables = [_rows(header, [])]
     for source in sources:
-        with Piece(source) as piece:
-            tables.append(piece.rows())
-            piece.require_run(header)
-            piece.require_steps(header.stores_fields)
-    return np.concatenate([*tables, np.array(rows, kind)])
+        with PartReader(source.path) as reader:
+            reader.require_part(header, source.first, source.last)
+            tables.append(reader.rows)
+    return np.concatenate(tables)
 
 
 def _write_fields(
-    group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Path], states: Sequence[State]
-) -> list[tuple[FieldQuantity, Any]]:
-    """Write the stored fields of `steps`, from `sources` and `states`, to the HDF5 `group`; return the datasets.
+    group: Any, header: RunHeader, steps: Sequence[int], sources: Sequence[Part], states: Sequence[State]
+) -> tuple[NDArray[Any], list[tuple[FieldQuantity, Any]]]:
+    """Write the stored fields of `steps`, from `sources` and `states`, to the HDF5 `group`.
 
-    They are in the order of the increments, so that the file does not depend on where a run was stopped and resumed.
+    Return the rows of the history of both, and the datasets. These are in the order of the increments, so that the file
+    does not depend on where a run was stopped and resumed.
     """
     rank = {step: index for index, step in enumerate(steps)}
-    missing = set(rank)
     targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
+    tables = []
     for source in sources:
-        with Piece(source) as piece, damage_reported(source, "fields"):
-            piece.require_fields(header.shape)
-            for index, step in enumerate(piece.field_steps):
-                missing.discard(step)
+        with PartReader(source.path) as reader, damage_reported(source.path, "fields"):
+            tables.append(reader.rows)  # checked when the run took it up, or its own
+            for index, step in enumerate(reader.field_steps):
                 for quantity, target in targets if step in rank else ():
-                    copy_chunks(piece.file["fields"][quantity.name], index, target, rank[step])
-    stored = sorted((state for state in states if state.summary.step in rank), key=lambda state: state.summary.step)
-    if stored:
-        for quantity, target in targets:
-            # They follow each other.
-            write_planes(target, rank[stored[0].summary.step], (component(state, quantity) for state in stored))
-    missing -= {state.summary.step for state in states}
-    if missing:
-        raise FileError(f"the fields of increment {min(missing)} are missing in the parts", *sources[:1])
-    return targets
+                    _copy_chunks(reader.file["fields"][quantity.name], index, target, rank[step])
+    after = tables[-1]["step"][-1] if tables else -1
+    for state in states:
+        for quantity, target in targets if state.summary.step in rank else ():
+            target[rank[state.summary.step]] = component(state, quantity)
+    return np.concatenate([*tables, _rows(header, [state for state in states if state.summary.step > after])]), targets
 
 
-def _write_restart(file: Any, state: State, stored: Sequence[FieldQuantity]) -> Any:
-    """Write, uncompressed, the arrays of `state` that `stored` lacks or has in another precision; return the group."""
-    group = file.create_group("restart")
-    for quantity in RESTART:
-        values = component(state, quantity)
-        if quantity not in stored or values.dtype != quantity.dtype:
-            group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
-    derived = [quantity for quantity in DERIVED_FIELDS if getattr(state.fields, quantity.array) is not None]
-    changes, wear = (CHANGE if state.change is not None else ()), (WEAR if state.wear is not None else ())
-    for quantity in (*derived, *changes, *wear):
-        if quantity in stored:
-            continue
-        values = component(state, quantity)
-        group.create_dataset(quantity.name, data=values, chunks=chunk_shape(*values.shape), **PLAIN_FILTERS)
-    return group
+def _copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:
+    """Copy one increment of a field as it is compressed: both datasets have the same chunks and filters."""
+    rows = source.chunks[1]
+    for row in range(0, source.shape[1], rows):
+        mask, data = source.id.read_direct_chunk((source_step, row, 0))
+        target.id.write_direct_chunk((target_step, row, 0), data, mask)
 
 
 def component(state: State, quantity: FieldQuantity) -> NDArray[Any]:
     """Return the array ``(nx, ny)`` of `state` that is stored as `quantity`."""
-    of_increment = state.change if quantity in CHANGE else state if quantity in DISPLACEMENT else state.fields
-    owner = state.wear if quantity in WEAR else of_increment
-    array: NDArray[Any] = getattr(owner, quantity.array)
+    array: NDArray[Any] = getattr(state.fields, quantity.array)
     return array if quantity.component is None else array[quantity.component]

@@ -17,12 +17,19 @@ from numpy.typing import NDArray
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import FileError
-from fretsolve.result.checks import changed_content, content_of
-from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed, require_header_texts
-from fretsolve.result.layout import FORMAT_VERSION, HEADER_GROUP, QUANTITIES, STEP, has_cycles, is_single, quantities_of
+from fretsolve.result.header import LARGEST_HEADER, RunHeader, read_sealed
+from fretsolve.result.layout import (
+    FORMAT_VERSION,
+    QUANTITIES,
+    STEP,
+    FieldQuantity,
+    has_cycles,
+    is_single,
+    quantities_of,
+)
 from fretsolve.result.lock import is_locked
-from fretsolve.result.parts import HEADER_NAME, contiguous_parts, parts_folder, read_rows
-from fretsolve.result.piece import Part, Piece, damage_reported
+from fretsolve.result.part_reader import PartReader, damage_reported
+from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.foreign_files import open_hdf5, read_small_text, require_regular
@@ -36,7 +43,7 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
 CASE_ENDINGS = (".yaml", ".yml")
 
 READ_ATTEMPTS = 20
-"""Number of looks before giving up if a run merges or finishes its parts at the same moment."""
+"""Number of looks before giving up if a run finishes, or removes states, at the same moment."""
 
 
 class Columns(dict[str, NDArray[Any]]):
@@ -63,7 +70,7 @@ class Result(AbstractContextManager["Result"]):
     fields: tuple[str, ...]
     steps: tuple[int, ...]
     _parts: list[Part]
-    _open: Piece | None = None
+    _open: PartReader | None = None
 
     @property
     def status(self) -> str:
@@ -92,17 +99,14 @@ class Result(AbstractContextManager["Result"]):
     @cached_property
     def cycles(self) -> CycleTable | None:
         """The table of the cycles that are complete, None if there is none."""
-        case = self.effective_case
-        if not has_cycles(case):
+        if not has_cycles(self.effective_case):
             return None
-        from fretsolve.result.cycles.steps import stages_of  # few results need them
-        from fretsolve.result.cycles.table import cycle_table
+        from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
         def slip(step: int) -> NDArray[Any] | None:
             return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
 
-        line = case.get("plane") == "strain"
-        return cycle_table(self.history, stages_of(case), slip, ended=self.status == "complete", line=line)
+        return cycle_table(self.history, self.effective_case, slip, ended=self.status == "complete")
 
     @property
     def increments(self) -> int:
@@ -145,15 +149,14 @@ class Result(AbstractContextManager["Result"]):
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
         for _ in range(READ_ATTEMPTS):
             try:
-                piece = self._piece(wanted)
-                plane = piece.read(name, wanted)
-            except FileNotFoundError:
+                plane = self._plane(name, wanted)
+            except FileNotFoundError:  # the run has finished
                 self._parts = _parts_of(self.path)
                 continue
             if plane.shape != (len(self.x), len(self.y)):
-                raise FileError(f"{name} of increment {wanted} does not have the cells of the grid", piece.path)
+                raise FileError(f"{name} of increment {wanted} does not have the cells of the grid", self.path)
             return plane
-        raise FileError("the parts of the result keep changing or were removed", self.path)
+        raise FileError(f"the fields of increment {wanted} are not kept any more", self.path)
 
     def to_xarray(self, group: Literal["fields", "history"] = "fields") -> xarray.Dataset:
         """Return the fields over `step`, `x` and `y`, or the history over `step`, with units, meaning and attributes.
@@ -194,15 +197,19 @@ class Result(AbstractContextManager["Result"]):
     def __repr__(self) -> str:
         return f"<Result {self.path} {self.status}, {counted(self.increments, 'increment')}>"
 
-    def _piece(self, step: int) -> Piece:
-        path = next((part.path for part in self._parts if part.first <= step <= part.last), None)
-        if path is None:
+    def _plane(self, name: str, step: int) -> NDArray[Any]:
+        """Return a field ``(nx, ny)`` at `step`. Raises FileNotFoundError if its file is not there any more."""
+        part = next((part for part in self._parts if part.first <= step <= part.last), None)
+        if part is None:
             raise FileNotFoundError(self.path)
-        if self._open is None or self._open.path != path:
+        if self._open is None or self._open.path != part.path:
             self.close()
-            self._open = Piece(path)
-            self._open.require_steps(self.steps.__contains__, self.steps[-1])  # the run may have gone on
-        return self._open
+            self._open = PartReader(part.path)
+        if step in self._open.field_steps:
+            return self._open.read(name, step)
+        quantity = QUANTITIES[name]
+        assert isinstance(quantity, FieldQuantity)
+        return component(read_state(part, (len(self.x), len(self.y))), quantity)
 
 
 def open_result(path: str | Path) -> Result:
@@ -223,7 +230,7 @@ def open_result(path: str | Path) -> Result:
             if parts_folder(out).is_dir():
                 return _open_parts(out)
         except FileNotFoundError:
-            continue  # merged or finished at this moment: look again
+            continue  # finished at this moment: look again
         except OSError as error:
             raise FileError(f"cannot be read: {error.strerror or error}", out) from error
         raise FileError(f"no such file, nor parts of a run in {parts_folder(out).name}{_other_name(out)}", out)
@@ -247,14 +254,13 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     if out.stat().st_size == 0:
         raise FileError("the file is empty", out)
     with damage_reported(out, "header"), open_hdf5(out) as file:
-        if HEADER_GROUP not in file:
+        if "header" not in file:
             raise FileError("an HDF5 file, but not a result of fretsolve: it has no header", out)
         attributes, content = read_sealed(file)
         if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):
             what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
             raise FileError(f"a file of {what}, not the result that they were computed from", out)
         _require_known_format(out, attributes["format_version"], attributes["fretsolve_version"])
-        require_header_texts(attributes)
         return attributes, content
 
 
@@ -285,18 +291,13 @@ def _parts_of(out: Path) -> list[Part]:
 def _open_file(out: Path) -> Result:
     attributes, content = _read_attributes(out)
     with ExitStack() as opened:
-        piece = opened.enter_context(Piece(out))
-        rows, (x, y) = piece.rows(), piece.grid()
-        piece.require_fields((len(x), len(y)))
+        reader = opened.enter_context(PartReader(out))
+        rows, (x, y) = reader.rows, reader.grid
+        reader.require_content(content)
+        reader.require_fields((len(x), len(y)))
         opened.pop_all()
-    fields, steps = tuple(piece.field_names), tuple(piece.field_steps)
-    if not set(steps) <= set(rows["step"].tolist()) or sorted(set(steps)) != list(steps):
-        raise FileError("fields/step does not name increments of the history", out)
-    with damage_reported(out, "header"):
-        changed = changed_content(content, content_of(rows, x, y, steps, fields))
-    if changed:
-        raise FileError(f"{', '.join(changed[:3])} was changed: it differs from the header", out)
-    return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), piece)
+    fields, steps = tuple(reader.field_names), tuple(reader.field_steps)
+    return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), reader)
 
 
 def _open_parts(out: Path) -> Result:
@@ -304,12 +305,12 @@ def _open_parts(out: Path) -> Result:
     status = "running" if is_locked(folder) else "stopped"
     header = read_header(folder)
     parts = contiguous_parts(folder)
-    rows = read_rows(header, [part.path for part in parts], [])
+    rows = read_rows(header, parts)
     steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
     if not (folder / HEADER_NAME).exists():
         raise FileNotFoundError(folder)  # the run has finished, and may have begun to remove parts
     if parts and parts[-1].last not in steps:
-        steps.append(parts[-1].last)  # its fields are among the restart data
+        steps.append(parts[-1].last)  # the state has its fields
     fields = tuple(quantity.name for quantity in header.stored_fields)
     return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, tuple(steps), parts)
 

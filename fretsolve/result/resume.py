@@ -12,25 +12,24 @@ from pathlib import Path
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.header import RunHeader, require_same_run
+from fretsolve.result.part_reader import PartReader
 from fretsolve.result.parts import (
     HEADER_NAME,
+    Part,
     all_parts,
+    all_states,
     contiguous_parts,
-    merge_parts,
-    part_name,
+    free_name,
     parts_folder,
-    set_aside,
-    set_result_aside,
+    read_restart,
+    read_state,
+    write_state,
 )
-from fretsolve.result.piece import Part, Piece
 from fretsolve.result.reader import open_result, read_attributes, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_free
-from fretsolve.system.foreign_files import read_bytes
-
-LARGEST_BEGINNING = 2**31
-"""Bytes of the file of a shared beginning."""
+from fretsolve.system.foreign_files import require_regular
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """Advice for an existing result."""
@@ -61,7 +60,7 @@ class SavedRun:
     def remove_parts(self) -> None:
         """Remove all parts, the header first: without it the rest counts as nothing. Raises OSError."""
         atomic_files.remove(self.folder / HEADER_NAME)
-        atomic_files.remove(*[part.path for part in all_parts(self.folder)])
+        atomic_files.remove(*[part.path for part in all_parts(self.folder)], *all_states(self.folder))
         self.parts = []
 
     def take_up(self, shared: Mapping[int, Path], *, resume: bool, overwrite: bool, retry: bool) -> None:
@@ -89,7 +88,8 @@ class SavedRun:
             message = f"holds saved increments, but {missing} is missing, so they cannot be used"
             raise FileError(f"{message}: put it back, or start anew with --overwrite", self.folder)
         elif resume:
-            self._take_up_stopped()
+            require_same_run(self.folder, read_header(self.folder).attributes("stopped"), self.header)
+            self._set_rest_aside(self._read_parts())
         else:
             message = "a stopped run is there: --resume goes on with it, --overwrite starts anew"
             raise CaseError(message, (), self.folder)
@@ -97,21 +97,18 @@ class SavedRun:
     def _take_up_beginning(self, shared: Mapping[int, Path]) -> None:
         """Take the longest shared beginning that is there as the first part."""
         for step in sorted(shared, reverse=True):
-            part = Part(self.folder / part_name(0, step), 0, step)
             try:
-                content = read_bytes(shared[step], LARGEST_BEGINNING)
-            except (OSError, FileError):  # most likely it is not there yet
+                require_regular(shared[step])
+                content = shared[step].read_bytes()
+                part = self._take_up_file(shared[step])
+            except OSError:  # most likely it is not there yet
                 continue
-            self.write_header()
-            with atomic_files.new_file(part.path, self.folder) as file:
-                file.write(content)
-            try:
-                self._take_up_file(part.path)
             except FileError:  # damaged, so it is written anew
-                atomic_files.remove(part.path)
                 with suppress(OSError):
                     atomic_files.remove(shared[step])
                 continue
+            with atomic_files.new_file(part.path, self.folder) as file:
+                file.write(content)
             self.parts = [part]
             return
 
@@ -121,46 +118,45 @@ class SavedRun:
             require_same_run(self.out, result.attributes, self.header)
             status = result.status
         if status == "complete" or not retry:
-            with Piece(self.out) as piece:
-                self.summaries = piece.summaries()
+            with PartReader(self.out) as reader:
+                self.summaries = reader.summaries()
             self.complete = True
         return self.complete
 
     def _take_up_result(self, retry: bool) -> None:
-        """Take OUT, or the parts beside it where OUT is damaged, or has failed and has fewer increments than they.
+        """Take OUT, or the parts beside it where OUT is damaged, or has failed and has fewer increments than they have.
 
-        Nothing is removed before what else holds it has been read whole. Raises FileError.
+        Parts are removed only after the result that holds them has been read whole. Raises FileError.
         """
         if saved := all_parts(self.folder):
             usable = self._require_own_parts()
-            try:
-                with open_result(self.out) as result, Piece(self.out) as piece:
-                    increments, complete = result.increments, result.status == "complete"
-                    piece.verify()
-            except FileError as damage:
+            if (problem := self._problem_of_result(saved[-1].last + 1)) is not None:
                 if not usable:
-                    message = f"{damage.message}; the saved increments in {self.folder.name} cannot be used instead"
-                    raise FileError(f"{message}: {HEADER_NAME} or the first of them is missing", self.out) from damage
-                self._settle_parts(self._read_parts())
-                aside = set_result_aside(self.out)
-                self.notes.append(f"{damage}; going on from {self.folder.name}. The file was moved to {aside.name}")
+                    message = f"{problem.message}; the saved increments in {self.folder.name} cannot be used instead"
+                    raise FileError(f"{message}: {HEADER_NAME} or the first of them is missing", self.out) from problem
+                self._set_rest_aside(self._read_parts())
+                aside = free_name(self.out)
+                atomic_files.rename(self.out, aside)
+                self.notes.append(f"{problem}; going on from {self.folder.name}. The file was moved to {aside.name}")
                 return
-            if not complete and max(part.last for part in saved) >= increments:
-                if not usable:
-                    message = f"holds more increments than {self.out.name}, but {HEADER_NAME} or the first is missing"
-                    raise FileError(f"{message}: put it back, or start anew with --overwrite", self.folder)
-                damaged = self._read_parts()
-                if len(self.summaries) > increments:
-                    self._settle_parts(damaged)
-                    there = f"{self.out} has failed after {counted(increments, 'increment')}"
-                    self.notes.append(f"{there}, {self.folder.name} has {len(self.summaries)}; going on from those")
-                    atomic_files.remove(self.out)
-                    return
-                self.last_state, self.summaries, self.parts = None, [], []
         if self.take_final(retry):
             self.remove_parts()
         else:
             self._take_up_failed()
+
+    def _problem_of_result(self, saved: int) -> FileError | None:
+        """Return why OUT cannot stand for the parts beside it, which have `saved` increments; None if it can."""
+        try:
+            with open_result(self.out) as result, PartReader(self.out) as reader:
+                reader.verify()
+                if result.status != "complete" and result.increments < saved:
+                    there = f"has failed after {counted(result.increments, 'increment')}"
+                    return FileError(f"{there}, {self.folder.name} has {saved}", self.out)
+                if result.status != "complete" and result.increments:
+                    read_restart(reader, self.header.shape)
+        except FileError as damage:
+            return damage
+        return None
 
     def _require_own_parts(self) -> bool:
         """Return whether the parts beside OUT are of use. Raises FileError if they or OUT are of another run."""
@@ -178,61 +174,75 @@ class SavedRun:
         return bool(contiguous_parts(self.folder))
 
     def _take_up_failed(self) -> None:
-        """Turn a failed result back into parts, to go on from its last increment. OUT goes last, so nothing is lost."""
-        self._take_up_file(self.out)
+        """Turn a failed result back into a part, to go on from its last increment."""
         self.remove_parts()
-        self.write_header()
-        if self.last_state is not None:
-            self.parts = [merge_parts(self.folder, self.header, [self.out], self.last_state)]
-        atomic_files.remove(self.out)
+        with open_result(self.out) as result:
+            increments = result.increments
+        if not increments:
+            atomic_files.remove(self.out)
+            return
+        part = self._take_up_file(self.out)
+        atomic_files.rename(self.out, part.path)
+        self.parts = [part]
 
-    def _take_up_stopped(self) -> None:
-        """Go on from the parts of a stopped run. Raises FileError."""
-        require_same_run(self.folder, read_header(self.folder).attributes("stopped"), self.header)
-        self._settle_parts(self._read_parts())
+    def _take_up_file(self, path: Path) -> Part:
+        """Go on after a file of the increments from the first one on, and return the part that it is to become.
 
-    def _read_parts(self) -> dict[Part, FileError]:
-        """Take up the increments up to which all parts are undamaged, and return those that are damaged.
-
-        In place of a damaged merged part, those that it was merged from are taken if they are still there.
+        The header and the state of the part are written. Raises FileError, and changes nothing, if it is damaged.
         """
-        damaged: dict[Part, FileError] = {}
-        for part in all_parts(self.folder):
-            if part.first != len(self.summaries):
-                continue
+        with PartReader(path) as reader:
+            summaries = reader.summaries()
+            part = Part.named(self.folder, 0, len(summaries) - 1)
+            reader.require_part(self.header, 0, part.last)
+            reader.verify()
+            state = read_restart(reader, self.header.shape)
+        self.write_header()
+        write_state(part, self.header, state)
+        self.last_state, self.summaries = state, summaries
+        return part
+
+    def _read_parts(self) -> FileError | None:
+        """Take up the increments from whose end the run can go on, and return what is damaged after them, if anything.
+
+        These are the increments up to the newest state for which all parts are undamaged.
+        """
+        found: list[Part] = []
+        problem: FileError | None = None
+        parts = contiguous_parts(self.folder)
+        if len(parts) < len(all_parts(self.folder)):
+            problem = FileError(f"increment {parts[-1].last + 1} is missing", self.folder)
+        for part in parts:
             try:
-                self._take_up_file(part.path)
+                with PartReader(part.path) as reader:
+                    reader.require_part(self.header, part.first, part.last)
+                    reader.verify()
+                    self.summaries += reader.summaries()
             except FileError as error:
-                damaged[part] = error
-            else:
-                self.parts.append(part)
-        return damaged
+                problem = error
+                break
+            found.append(part)
+        while found and self.last_state is None:
+            try:
+                self.last_state = read_state(found[-1], self.header.shape)
+            except FileNotFoundError:
+                problem = problem or FileError("is missing", found[-1].state)
+                found.pop()
+            except FileError as error:
+                problem = problem or error
+                found.pop()
+        self.parts = found
+        del self.summaries[found[-1].last + 1 if found else 0 :]
+        return problem
 
-    def _settle_parts(self, damaged: Mapping[Part, FileError]) -> None:
-        """Set the parts aside that follow those taken up, and remove those that merged ones hold. Raises FileError."""
-        parts, next_step = all_parts(self.folder), len(self.summaries)
+    def _set_rest_aside(self, problem: FileError | None) -> None:
+        """Set the parts aside that follow those taken up. problem: why the run cannot go on from them."""
+        if problem is None:
+            return
         if not self.parts:
-            first = next(iter(damaged.values()))
-            message = f"{first.message}, and there is no saved increment before it: --overwrite starts anew"
-            raise FileError(message, first.file) from first
-        for part, problem in damaged.items():
-            if part.last < next_step:
-                self.notes.append(f"{problem}; its increments are taken from the parts that it was merged from")
-        if later := [part for part in parts if part.last >= next_step]:
-            found = [str(damaged[part]) for part in later if part in damaged]
-            damage = found[0] if found else f"increment {next_step} is missing in {self.folder}"
-            aside = set_aside(self.folder, [part.path for part in later])
-            self.notes.append(f"{damage}; going on from increment {next_step}. What follows was moved to {aside.name}")
-        kept = {part.path for part in self.parts}
-        atomic_files.remove(*[part.path for part in all_parts(self.folder) if part.path not in kept])  # merged
-
-    def _take_up_file(self, path: Path) -> None:
-        """Go on after the last increment of a file. Raises FileError, and changes nothing, if it is damaged."""
-        with Piece(path) as piece:
-            piece.verify()
-            piece.require_run(self.header)
-            piece.require_steps(self.header.stores_fields)
-            piece.require_fields(self.header.shape)
-            summaries = piece.summaries()
-            self.last_state = piece.state() if summaries else None
-            self.summaries += summaries
+            message = f"{problem.message}, and there is no saved state before it: --overwrite starts anew"
+            raise FileError(message, problem.file) from problem
+        later = [part.path for part in all_parts(self.folder) if part.last > self.parts[-1].last]
+        aside = free_name(self.folder)
+        atomic_files.move(aside, *reversed(later))  # the last one first, so that those that are left follow each other
+        there = f"{problem}; going on from increment {len(self.summaries)}"
+        self.notes.append(f"{there}. What follows was moved to {aside.name}")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,19 +166,6 @@ class Fields:
 
 
 @dataclass(frozen=True)
-class Change:
-    """Changes over an increment, by which the next one is estimated.
-
-    pressure ``(nx, ny)`` and shear ``(2, nx, ny)`` in single precision; tangential displacement ``(2, nx, ny)`` in
-    double, since the slip of the next increment is counted from it.
-    """
-
-    pressure: FloatArray
-    shear: FloatArray
-    displacement: FloatArray
-
-
-@dataclass(frozen=True)
 class WearState:
     """The wear so far, each ``(nx, ny)`` in double precision.
 
@@ -201,13 +188,29 @@ class State:
     """Everything after one certified increment.
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is `nothing`, and
-    so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; change: over the
-    increment, where the next one is estimated by it; wear: where there is any.
+    so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; wear: where
+    there is any.
     """
 
     summary: Summary
     fields: Fields
     displacement: FloatArray
     errors: SummaryErrors | None = None
-    change: Change | None = None
     wear: WearState | None = None
+
+
+def row_of(state: State) -> dict[str, float]:
+    """Return the columns of the history in the increment of a state."""
+    return vars(state.summary) | ({} if state.errors is None else vars(state.errors))
+
+
+def summary_of(row: Any) -> Summary:
+    """Return the summary in a record of the history."""
+    return Summary(**{name: row[name].item() for name in Summary.__dataclass_fields__ if name in row.dtype.names})
+
+
+def errors_of(row: Any) -> SummaryErrors | None:
+    """Return the error bars in a record of the history, if it has any."""
+    if _COLUMNS[0] not in row.dtype.names:
+        return None
+    return SummaryErrors(*(row[name].item() for name in _COLUMNS))

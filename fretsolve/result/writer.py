@@ -1,7 +1,7 @@
 """Write a result so that no completed increment is lost, whenever the run ends and however.
 
-Each increment is one file in ``OUT.parts/``, committed by a rename. OUT is written once, from the parts, when
-the run is complete or has failed. If OUT exists, it is the result and its parts are leftovers.
+Increments are files in ``OUT.parts/``, each committed by a rename. OUT is written once, from them, when the run is
+complete or has failed. If OUT exists, it is the result and its parts are leftovers.
 """
 
 from __future__ import annotations
@@ -16,19 +16,17 @@ from typing import Any, Literal
 import h5py
 
 from fretsolve.errors import FileError
-from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.header import RunHeader
 from fretsolve.result.lock import RunLock
-from fretsolve.result.parts import HEADER_NAME, all_parts, merge_parts, write_increments, write_part, write_result
-from fretsolve.result.piece import Piece
+from fretsolve.result.parts import HEADER_NAME, all_parts, all_states, write_part, write_result
 from fretsolve.result.resume import TO_GO_ON, SavedRun
 from fretsolve.result.state import Fields, State, nothing
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, require_free
 from fretsolve.system.foreign_files import require_regular
 
-MERGE_EVERY = 32
-"""Increments per merged part, which bounds the number of files and the restart data that is kept without use."""
+STATES_KEPT = 16
+"""So many of the newest states are kept, and one of so many before: where a run can go on if a part is damaged."""
 
 RESUME, SAME_COMMAND = "--resume goes on", "the same command goes on"
 """Advice for a run of one case, and for one of several cases."""
@@ -59,7 +57,7 @@ def _release(lock: RunLock) -> None:
     """Let other runs write, and remove the header of a run of which no increment is saved."""
     with suppress(OSError):
         if not all_parts(lock.folder):
-            atomic_files.remove(lock.folder / HEADER_NAME)  # nothing to go on from
+            atomic_files.remove(lock.folder / HEADER_NAME, *all_states(lock.folder))  # nothing to go on from
     lock.release()
 
 
@@ -77,7 +75,6 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         pause: float = 0.0,
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
-        empty: EmptyHistories | None = None,
     ):
         """Go on from `saved`; lock: on the folder of the parts, None if nothing is written; the rest as for `open`."""
         self.out, self.header = saved.out, saved.header
@@ -85,10 +82,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.last_state, self.summaries = saved.last_state, saved.summaries
         self._saved, self._lock = saved, lock
         self._pause, self._advice, self._shared = pause, advice, shared
-        self._empty = empty
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
-        self._no_fields: Fields | None = None
 
     @classmethod
     def open(
@@ -102,15 +97,14 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         pause: float = 0.0,
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
-        empty: EmptyHistories | None = None,
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
         retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
         unsaved. advice: how to go on, for the message if nothing more can be saved. shared: a new result begins with
-        the longest of these files that is there, and writes those that are not. empty: histories that results of many
-        cases begin with. Raises CaseError if `out` or its parts exist and neither option is given, FileError if they
-        belong to another run or are damaged, if another run writes them, or if the folder cannot be written.
+        the longest of these files that is there, and writes those that are not. Raises CaseError if `out` or its parts
+        exist and neither option is given, FileError if they belong to another run or are damaged, if another run writes
+        them, or if the folder cannot be written.
         """
         if resume and overwrite:
             raise ValueError("resume and overwrite exclude each other")
@@ -122,7 +116,6 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 if overwrite and out.stat().st_size and not h5py.is_hdf5(out):
                     message = "is not an HDF5 file, so --overwrite leaves it alone: remove it, or give another name"
                     raise FileError(message, out)
-            header.require_modest()
             saved = SavedRun(out, header, advice)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not saved.folder.exists() and saved.take_final(retry):
@@ -136,7 +129,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             except BaseException:
                 _release(lock)
                 raise
-            return cls(saved, lock, pause, advice, shared, empty)
+            return cls(saved, lock, pause, advice, shared)
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -158,10 +151,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             # Nothing goes on from the one before. Its arrays, if kept, would take up to 7 % of the time of small grids:
             # new ones would not lie in the cache.
             before = self._unsaved[-2]
-            if self.header.fields and self.header.stores_fields(before.summary.step):
-                fields = _fields_alone(before.fields, self.header.fields)
-            else:
-                fields = self._no_fields = self._no_fields or _fields_alone(before.fields, ())
+            names = self.header.fields if self.header.stores_fields(before.summary.step) else ()
+            fields = _fields_alone(before.fields, names)
             self._unsaved[-2] = State(before.summary, fields, nothing(before.displacement.shape), before.errors)
         self._write_shared(state)
         if time.monotonic() - self._saved_at >= self._pause:
@@ -179,23 +170,10 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             if self._unsaved:
                 self._saved.parts.append(write_part(self._saved.folder, self.header, self._unsaved))
                 self._unsaved.clear()
-                self._merge_small_parts()
+                old = len(self._saved.parts) - STATES_KEPT
+                if old > 0 and old % STATES_KEPT:
+                    atomic_files.remove(self._saved.parts[old - 1].state, durable=False)
         self._saved_at = time.monotonic()
-
-    def _merge_small_parts(self) -> None:
-        """Merge the parts after the last one of MERGE_EVERY increments or more, once they hold as many together."""
-        large = [index for index, part in enumerate(self._saved.parts, start=1) if part.increments >= MERGE_EVERY]
-        kept = large[-1] if large else 0
-        small = self._saved.parts[kept:]
-        if sum(part.increments for part in small) < MERGE_EVERY:
-            return
-        assert self.last_state is not None  # since there are parts
-        files = [part.path for part in small]
-        merged = merge_parts(self._saved.folder, self.header, files, self.last_state)
-        with Piece(merged.path) as piece:
-            piece.verify()
-        self._saved.parts[kept:] = [merged]
-        atomic_files.remove(*files)
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
         """Write OUT from the parts and remove them. message, kind: why the run failed.
@@ -204,10 +182,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """
         failure = (message, kind) if status == "failed" else None
         with self._reported("cannot write the result", self.out):
-            parts = [part.path for part in self._saved.parts]
             try:
-                folder, last = self._saved.folder, self.last_state
-                write_result(self.out, folder, self.header, parts, self._unsaved, last, failure, self._empty)
+                self._write(self.out, self._saved.folder, status, failure)
             except OSError:
                 self.save()  # what a pause has left unsaved
                 raise
@@ -235,6 +211,15 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             return "no increment is saved"
         return f"{saved} of {len(self.summaries)} increments are kept, {self._advice}"
 
+    def _write(
+        self,
+        out: Path,
+        folder: Path,
+        status: Literal["complete", "failed", "stopped"],
+        failure: tuple[str, str] | None = None,
+    ) -> None:
+        write_result(out, folder, self.header, self._saved.parts, self._unsaved, self.last_state, status, failure)
+
     def stop(self) -> None:
         """Leave the committed increments for a later resume, and let other runs write."""
         if self._lock is not None:
@@ -247,4 +232,4 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         if path is not None and not path.exists():
             with suppress(OSError):
                 atomic_files.add_folder(path.parent)
-                write_increments(path, self.header, [part.path for part in self._saved.parts], self._unsaved, state)
+                self._write(path, path.parent, "stopped")

@@ -1,4 +1,4 @@
-"""Pick the settings that an accuracy asks for, by measured laws (docs/accuracy.md).
+"""Pick the settings that an accuracy asks for, by measured laws (docs/howto/grid_and_increments.md).
 
 The error bars give the case's own errors; `result.verdict` judges by them.
 """
@@ -15,56 +15,68 @@ from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.model.required_terms import Model
-from fretsolve.setup.closed_forms.area_forms import ClosedForms, spence_ratio
-from fretsolve.setup.contact_size import AREA_MARGIN, Size, automatic_size
+from fretsolve.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.setup.contact_size import AREA_MARGIN, Size
 
 if TYPE_CHECKING:
     from fretsolve.setup.unresolved_heights import HeightMaps
 
-CELLS, CELLS_ERROR, CELLS_ORDER = 30.0, 0.035, 1.4
-"""Cells across the contact, the error bar of the stick radius with them (the largest one of the cells), and the order
-with which it falls with their number (docs/error_bars.md)."""
+Law = tuple[float, float]
+"""An error bar, and the order with which it falls with the number of what it depends on."""
 
-SHEARED_SLIP, PRESSED_SLIP = (0.9, 2.4), (1.5, 1.57)
-"""Error bar of the dissipated energy where the slip annulus is a cell wide, and the order with which it falls with the
-cells of the annulus: for similar bodies under shear, and for dissimilar bodies pressed together."""
+CELLS, CELLS_LAW = 30.0, (0.035, 1.4)
+"""Cells across the contact, and the law of the error bar of the stick radius with them, which is the largest of those
+that cells cause (docs/error_bars.md)."""
+
+SHEARED_LAW, PRESSED_LAW = (0.9, 2.4), (1.5, 1.57)
+"""Laws of the error bar of the dissipated energy, from a slip annulus of one cell on: for similar bodies under shear,
+and for dissimilar bodies pressed together."""
+
+INCREMENTS_LAW = (0.015, 1.15)
+"""Law of the error bar of the corrected dissipated energy and rotation, from automatic increments without an accuracy
+on."""
 
 MOST_FOR_SLIP = 4.0
 """Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
 
-FEWEST_PICKED_POINTS, ROUND_POINTS = 36, 6
-"""Least number of points per side, and its divisor, so that the coarse runs have a half and a third of them."""
-
-INCREMENTS_ERROR, INCREMENTS_ORDER, FEWEST_REFINED = 0.015, 1.15, 0.25
-"""Error bar of the corrected dissipated energy and rotation with automatic increments without an accuracy, the order
-with which it falls with their number, and the least factor on that number."""
+FEWEST_PICKED_POINTS, ROUND_POINTS, MOST_POINTS = 36, 6, 2048
+"""Least number of points per side, its divisor, so that the coarse runs have a half and a third of them, and the most
+that are taken for the sake of a height map."""
 
 WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
 increments are taken, and the order with which their number rises with the inverse of the width."""
 
 
+def _refined(law: Law, accuracy: float) -> float:
+    """Return the factor on the number that a law depends on with which its error bar is the accuracy."""
+    error, order = law
+    return math.pow(error / accuracy, 1.0 / order)
+
+
 def points_needed(
-    forms: ClosedForms, load_path: LoadPath, size: Size, heights: Callable[[], HeightMaps]
+    forms: ClosedForms,
+    load_path: LoadPath,
+    size: Size,
+    heights: Callable[[], HeightMaps],
+    automatic_size: Callable[[], Size],
 ) -> tuple[int, int]:
     """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
 
     They follow from the contact's share of the area, which is all of it where the contact's size is unknown, and from
-    `heights` that are finer than such cells. Raises FileError or CaseError where a map cannot be read or is too fine.
+    `heights` that are finer than such cells. heights, automatic_size: as of `ProblemSetup`. Raises FileError or
+    CaseError where a map cannot be read or is too fine.
     """
-    from fretsolve.setup.unresolved_heights import MOST_POINTS  # cases that give their points need none of it
-
     accuracy, holds_contact = forms.case.solver.accuracy, size
     assert accuracy is not None
     if forms.case.grid.size is not None:
         with contextlib.suppress(CaseError):
-            holds_contact = automatic_size(forms, load_path.normal_loads())
-    usual = cells = CELLS * (CELLS_ERROR / accuracy) ** (1.0 / CELLS_ORDER)
+            holds_contact = automatic_size()
+    usual = cells = CELLS * _refined(CELLS_LAW, accuracy)
     sheared_width = 0.0 if forms.model.coupled else load_path.slip_width
-    for width, (error, order) in ((sheared_width, SHEARED_SLIP), (_pressed_width(forms.model), PRESSED_SLIP)):
+    for width, law in ((sheared_width, SHEARED_LAW), (_pressed_width(forms.model), PRESSED_LAW)):
         if width > 0.0:
-            across_slip = (error / accuracy) ** (1.0 / order)
-            cells = max(cells, min(2.0 * across_slip / width, MOST_FOR_SLIP * usual))
+            cells = max(cells, min(2.0 * _refined(law, accuracy) / width, MOST_FOR_SLIP * usual))
     extents = (side / AREA_MARGIN for side in holds_contact)
     nx, ny = (
         math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
@@ -88,7 +100,7 @@ def refinement(accuracy: float | None, model: Model) -> float:
     """Return the factor on automatic numbers of increments where the slip depends on the path; 1 without accuracy."""
     if accuracy is None:
         return 1.0
-    factor = max(FEWEST_REFINED, math.pow(INCREMENTS_ERROR / accuracy, 1.0 / INCREMENTS_ORDER))
+    factor = max(0.25, _refined(INCREMENTS_LAW, accuracy))  # fewer do not follow the path
     width = _pressed_width(model)
     return factor * min(max(1.0, math.pow(WIDE_SLIP / width, NARROW_ORDER)), MOST_FOR_SLIP) if width > 0.0 else factor
 

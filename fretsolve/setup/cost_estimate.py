@@ -11,68 +11,53 @@ from __future__ import annotations
 import math
 import os
 import shutil
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.case.dimensions import cell_counts
 from fretsolve.case.history import SHEARING
-from fretsolve.errors import CaseError
+from fretsolve.case.keys.load_path_spec import WearJumps
+from fretsolve.errors import CaseError, KeyPath
 from fretsolve.model.grid import LARGE_GRID
 from fretsolve.model.required_terms import ModelPart
-from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.setup.problem import ProblemSetup
+from fretsolve.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.system.environment import address_space
 
-PROCESS_BYTES, COMPILER_BYTES, BUFFER_BYTES = 145e6, 60e6, 10e6
-"""Python with its libraries; numba, where it is used; blocks of the transforms that stay in cache, for the normal
-problem and for each term that is kept."""
+PROCESS_BYTES = {True: 230e6, False: 170e6}
+"""Python with its libraries, and blocks of the transforms that stay in cache; with numba, and without it."""
 
-UNUSED_BYTES = 350e6
-"""Address space that libraries reserve and do not use."""
-
-CELL_COSTS: dict[ModelPart, tuple[float, float]] = {
-    "normal problem": (115.0, 0.033e-6),
-    "tangential problem": (110.0, 0.03e-6),
-    "ux from qy, uy from qx": (20.0, 0.0),
-    "between pressure and shear": (110.0, 0.033e-6),
-    "slip and dissipated energy": (75.0, 0.0),
+CELL_BYTES: dict[ModelPart, float] = {
+    "normal problem": 115.0,
+    "tangential problem": 110.0,
+    "ux from qy, uy from qx": 20.0,
+    "between pressure and shear": 110.0,
+    "slip and dissipated energy": 75.0,
 }
-"""Of each part of the model, bytes per cell: influence coefficients, padded spectra, work arrays of the solvers, states
-before and after an increment, buffers of the result file; and seconds per cell and application of the operator."""
+"""Of each part of the model: influence coefficients, padded spectra, work arrays of the solvers, states before and
+after an increment, buffers of the result file. Grids up to `LARGE_GRID` take SMALL_GRID times as much."""
 
-TREND_BYTES = 28.0
-"""Bytes per cell of the change over an increment, from which the next one of its stage starts."""
+SMALL_GRID, SINGLE, COARSE_RUNS = 1.8, 0.75, 0.4
+"""Factors on the memory per cell: on grids where active regions and coarser grids are kept, and in single precision;
+and what the coarse runs of error bars take of memory and time, over those of the run."""
 
-SMALL_GRID, SINGLE = 1.8, 0.75
-"""Factors on the memory per cell: on grids up to `LARGE_GRID`, where active regions and coarser grids are kept, and in
-single precision."""
+OPERATOR_SECONDS = (0.1e-3, 0.033e-6)
+"""Seconds of an application of the elastic operator for any number of cells, and per cell; twice as much without numba.
+Mode I.3 takes as much within a factor of 2 on 32 x 32 to 2048 x 2048 points (`python benchmarks/bench_path.py`)."""
 
-APPLICATIONS, COUPLED_APPLICATIONS = 20, 10
-"""Applications of the elastic operator per increment: in the tangential problem, and in the normal problem where the
-normal load changes; where the pressure follows the shear, in the normal problem and of the coefficients between both.
-"""
+APPLICATIONS = 20
+"""Applications per increment in the tangential problem, and in the normal problem where the normal load changes; half
+as many in each where the pressure follows the shear."""
 
-CALL_SECONDS, NUMPY_SLOWNESS = 0.1e-3, 2.0
-"""Seconds per application for any number of cells, and factor on all times without numba. With both, mode I.3 takes a
-quarter more at most than measured on 32 x 32 to 256 x 256 points (`python benchmarks/bench_path.py`)."""
+CYCLES_PER_ROOT, CYCLES_PER_TOLERANCE, USUAL_CYCLES = 1.5, 0.1, 25
+"""Solved cycles that stand for others: times the root of the tolerance, where 0.1 to 1.7 were measured; times the
+tolerance between dissimilar bodies, where a jump's error falls with its first power only; and at least, where 13 to 38
+were measured at a tolerance of 1 %."""
 
-COARSE_CELLS, COARSE_APPLICATIONS, COARSE_CALLS = 0.5, 0.33, 3.0
-"""Of the coarse runs for error bars over those of the run: cells, applications in units of one on the run's grid, and
-applications on their own grids."""
-
-LARGE_CELLS, GROWTH = 2**20, 0.2
-"""Beyond this many cells the time per cell grows with this power of their number: larger transforms leave the caches,
-and more iterations are needed."""
-
-CERTIFICATE_SECONDS, SLIP_SECONDS = 0.08e-6, 0.055e-6
-"""Per increment and cell: the certificate with the gap; slip and dissipated energy with their part of it."""
-
-FIELD_BYTES = {"shear": 16, "slip": 16, "zone": 1}
-"""Bytes per cell of the stored fields, before compression; 8 for all others."""
-
-COMPRESSION, EMPTIEST = 0.35, 0.1
-"""Size of the compressed fields over that before, where the contact fills the grid; factor on it where the grid is
-several times as wide as the contact."""
+COMPRESSION = 0.35
+"""Size of the compressed fields over their size before, where the contact fills the grid."""
 
 
 @dataclass(frozen=True)
@@ -94,87 +79,91 @@ class Estimate:
 
 def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
-    weights = _weights(setup)
-    cells, increments, terms = math.prod(setup.grid.shape), _expected(setup, weights), setup.model.terms
-    solved = setup.share_of_cells
-    compiled, single = setup.compiled, setup.case.solver.precision == "single"
-    bars = setup.case.solver.error_bars
-    # Seconds of each part over the whole path.
-    applications = _applications(setup, increments, weights)
-    slowness = 1.0 if compiled else NUMPY_SLOWNESS
-    effort = solved * cells * max(1.0, cells / LARGE_CELLS) ** GROWTH * slowness
-    seconds = {part: CELL_COSTS[part][1] * effort * count for part, count in applications.items()}
-    seconds["normal problem"] += CERTIFICATE_SECONDS * increments * effort
-    seconds["ux from qy, uy from qx"] = 0.45 * seconds["tangential problem"]
-    seconds["slip and dissipated energy"] = SLIP_SECONDS * increments * effort
-    called = {part: CALL_SECONDS * slowness * count for part, count in applications.items()}
-    called["ux from qy, uy from qx"] = 0.45 * called["tangential problem"]
-    # Bytes of each part that grow with the grid, those that do not, and those of the fields that are stored.
-    cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0)
-    kept = [decision.part for decision in setup.model.decisions if decision.kept]
-    shares = {part: (cell_factor * CELL_COSTS[part][0] * cells, seconds[part] + called.get(part, 0.0)) for part in kept}
-    cell_bytes, own_seconds = map(sum, zip(*shares.values(), strict=True))
-    # the trend of the increments is kept in double precision alone
-    trend = TREND_BYTES * cells * (setup.model.has_shear and max(setup.load_path.counts) > 1)
-    on_coarse_grids = COARSE_APPLICATIONS * sum(seconds[part] for part in kept)
-    on_coarse_grids += COARSE_CALLS * sum(called.get(part, 0.0) for part in kept)
-    with_coarse = 1.0 + COARSE_CELLS * bars
-    in_cells = (cell_bytes + trend * (not single)) * with_coarse
-    fixed = PROCESS_BYTES + COMPILER_BYTES * compiled
-    fixed += BUFFER_BYTES * (1 + sum((terms.tangential, terms.in_plane_coupling, terms.normal_tangential_coupling)))
+    cells, single = math.prod(setup.grid.shape), setup.case.solver.precision == "single"
+    with_coarse = 1.0 + COARSE_RUNS * setup.case.solver.error_bars
+    increments, pressed = _increments(setup)
+    # Applications, and what else takes as long, of each part over the whole path.
+    model, coupling = setup.model, setup.model.terms.normal_tangential_coupling
+    in_turn = model.has_shear and coupling
+    counts: dict[ModelPart, float] = {
+        "normal problem": APPLICATIONS // 2 * increments if in_turn else APPLICATIONS * pressed,
+        "tangential problem": APPLICATIONS * increments * model.has_shear,
+        "between pressure and shear": (APPLICATIONS // 2 if in_turn else 1) * increments * coupling,
+    }
+    applications = sum(counts.values())
+    counts["normal problem"] += 2.5 * increments  # the certificate, with the gap
+    counts["ux from qy, uy from qx"] = 0.45 * counts["tangential problem"]
+    counts["slip and dissipated energy"] = 1.7 * increments
+    solved, slowness = setup.share_of_cells, 1.0 if setup.compiled else 2.0
+    per_application = slowness * (OPERATOR_SECONDS[0] + OPERATOR_SECONDS[1] * solved * cells)
+    cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0) * cells
+    kept = [decision.part for decision in model.decisions if decision.kept]
+    shares = {part: (cell_factor * CELL_BYTES[part], per_application * counts[part]) for part in kept}
+    in_cells, seconds = map(sum, zip(*shares.values(), strict=True))
     output = setup.case.output
-    stored = sum(FIELD_BYTES.get(name, 8) for name in output.fields) * -(-increments // output.every)
+    bytes_of_fields = sum({"shear": 16, "slip": 16, "zone": 1}.get(name, 8) for name in output.fields)
+    stored = bytes_of_fields * -(-increments // output.every) * cells * (0.5 if single else 1.0)
     return Estimate(
         increments=increments,
         shares=shares,
-        memory=fixed + in_cells,
-        file=COMPRESSION * stored * cells * (0.5 if single else 1.0) + 300.0 * increments + 100e3,
-        applications=round(solved * sum(applications.values()) * (1.0 + COARSE_APPLICATIONS * bars)),
-        seconds=own_seconds + on_coarse_grids * bars,
-        saved=(cell_bytes * (1.0 / SINGLE - 1.0) + trend) * with_coarse if single else 0.0,
+        memory=PROCESS_BYTES[setup.compiled] + in_cells * with_coarse,
+        file=COMPRESSION * stored + 300.0 * increments + 100e3,
+        applications=round(solved * applications * with_coarse),
+        seconds=seconds * with_coarse,
+        saved=in_cells * (1.0 / SINGLE - 1.0) * with_coarse if single else 0.0,
     )
 
 
 def expected_increments(setup: ProblemSetup) -> int:
     """Return how many increments a run is likely to have: with wear fewer than the most that it may have."""
-    return _expected(setup, _weights(setup))
+    return _increments(setup)[0]
 
 
-def _expected(setup: ProblemSetup, weights: Sequence[float]) -> int:
-    return max(1, round(sum(count * weight for count, weight in zip(setup.load_path.counts, weights, strict=True))))
+def _increments(setup: ProblemSetup) -> tuple[int, int]:
+    """Return how many increments are likely to be solved, and how many of them press or change the surfaces."""
+    most = Counter(stage.wears.key for stage in setup.case.stages() if stage.wears is not None)
+    shares = {key: min(max(counts.values()) / most[key], 1.0) for key, counts in _solved_cycles(setup).items()}
+    solved = pressed = 0.0
+    for stage, count in zip(setup.case.stages(), setup.load_path.counts, strict=True):
+        cycle = stage.cycle or stage.wears
+        solved += (weighed := count * (1.0 if cycle is None else shares.get(cycle.key, 1.0)))
+        if stage.wears is not None or any(name not in SHEARING and name != "friction" for name, _ in stage.targets):
+            pressed += weighed
+    return max(1, round(solved)), round(pressed)
 
 
-def _weights(setup: ProblemSetup) -> list[float]:
-    """Return for each stage the share of its increments that is likely to be solved."""
-    if setup.case.wear is None:
-        return [1.0] * len(setup.load_path.counts)
-    from fretsolve.setup.solved_cycles import stage_weights  # few cases have wear
-
-    return stage_weights(setup)
+def _solved_cycles(setup: ProblemSetup) -> dict[KeyPath, dict[str, float]]:
+    """Return of each cycle that stands for others about how many are solved, by each key that sets its jumps."""
+    jumps = {stage.wears.key: stage.wears.jumps for stage in setup.case.stages() if stage.wears is not None}
+    known = {cycle.key: cycle for cycle in worn_cycles(setup.closed_forms)} if jumps else {}
+    return {key: _by_cause(one, known.get(key), setup.model.coupled) for key, one in jumps.items() if one is not None}
 
 
-def _applications(setup: ProblemSetup, increments: int, weights: Sequence[float]) -> dict[ModelPart, int]:
-    """Return the applications of the elastic operator over the whole path, by the part of the model that needs them.
+def _by_cause(jumps: WearJumps, cycle: WornCycle | None, coupled: bool) -> dict[str, float]:
+    """Return about how many cycles are solved because of each key. cycle: what closed forms say of it, None if nothing.
 
-    increments: that are likely to be solved; weights: of each stage the share of its increments that are.
+    coupled: whether pressure and shear change each other.
     """
-    model = setup.model
-    coupling = model.terms.normal_tangential_coupling
-    stages = zip(setup.case.stages(), setup.load_path.counts, weights, strict=True)
-    unpressed = {*SHEARING, "friction"}
-    pressed = round(
-        sum(
-            count * weight
-            for stage, count, weight in stages
-            if stage.wears is not None or any(name not in unpressed for name, _ in stage.targets)
-        )
-    )
-    in_turn = model.has_shear and coupling
-    return {
-        "normal problem": COUPLED_APPLICATIONS * increments if in_turn else APPLICATIONS * pressed,
-        "tangential problem": APPLICATIONS * increments * model.has_shear,
-        "between pressure and shear": (COUPLED_APPLICATIONS if in_turn else 1) * increments * coupling,
-    }
+    if jumps.jump is not None:
+        return {"jump": jumps.represents / jumps.jump + 3.0}
+    slow = 1.0 if cycle is None or cycle.slides else min(1.0, math.sqrt(0.1 * cycle.time))  # little wears below T = 10
+    per_root = slow * CYCLES_PER_ROOT / math.sqrt(jumps.tolerance)
+    found = {"represents": USUAL_CYCLES, "tolerance": CYCLES_PER_TOLERANCE / jumps.tolerance if coupled else per_root}
+    if cycle is not None and jumps.max_depth is not None:
+        worn = 1.5 * cycle.depth_per_cycle * jumps.represents  # the deepest place, under Hertz's pressure
+        if cycle.limit is not None and cycle.volume_at_first_rate > 0.0:
+            worn *= min(1.0, cycle.limit.volume / cycle.volume_at_first_rate)
+        found["max_depth"] = USUAL_CYCLES + worn / jumps.max_depth
+    return {name: min(count, jumps.represents) for name, count in found.items()}
+
+
+def too_many_cycles(setup: ProblemSetup) -> Iterator[tuple[KeyPath, float, int]]:
+    """Yield the keys that have more cycles solved than are likely meant, about how many, and how many there may be."""
+    most = Counter(stage.wears.key for stage in setup.case.stages() if stage.wears is not None)
+    for key, counts in _solved_cycles(setup).items():
+        name = max(counts, key=lambda one: counts[one])
+        if counts[name] > 300 and name not in ("jump", "represents"):
+            yield (*key, name), counts[name], most[key]
 
 
 def memory_problem(setup: ProblemSetup, needed: float) -> CaseError | None:
@@ -187,9 +176,10 @@ def memory_problem(setup: ProblemSetup, needed: float) -> CaseError | None:
     except (ValueError, OSError, AttributeError):
         return None
     cells = cell_counts(setup.grid.shape)
-    if needed + UNUSED_BYTES > (allowed := address_space()):
+    reserved = needed + 350e6  # by libraries, which do not use it
+    if reserved > (allowed := address_space()):
         return setup.case.source.problem(
-            f"{cells} cells take about {rounded_bytes(needed + UNUSED_BYTES)} of address space, the limit (ulimit"
+            f"{cells} cells take about {rounded_bytes(reserved)} of address space, the limit (ulimit"
             f" -v or -d) is {rounded_bytes(allowed)}; a higher one or fewer points are needed",
             ("grid", "points"),
         )
@@ -219,7 +209,7 @@ def disk_problem(setup: ProblemSetup, out: Path, certain: bool = False) -> CaseE
     file, free = estimate(setup).file, free_bytes(out)
     if free is None or 2.0 * file <= free:
         return None
-    if EMPTIEST * file > free:
+    if 0.1 * file > free:  # where the grid is several times as wide as the contact
         advice = "is too little; a larger output.every, fewer output.fields or another disk is needed"
     elif certain:
         return None

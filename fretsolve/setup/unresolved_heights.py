@@ -47,9 +47,6 @@ It has no limit, but facets are no real ones either."""
 PROFILES = 128
 """Profiles along each axis that a map's slopes are taken from."""
 
-MOST_POINTS = 2048
-"""Points per side that an accuracy takes for the sake of a height map, at most."""
-
 Pair = tuple[float, float]
 
 

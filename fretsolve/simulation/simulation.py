@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -14,39 +12,31 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
-from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.errors import NoSolutionError
-from fretsolve.increment.increment import IncrementSolver, Solved
+from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
+from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
+from fretsolve.friction.weakening import require_stable
+from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
 from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.increment.working_state import InitialState, Trend
+from fretsolve.increment.states import InitialState, with_mismatch
 from fretsolve.kernels import load, readying_seconds
-from fretsolve.model.load_path import Increment, LoadPath
-from fretsolve.model.surface import is_mirrored, map_border
-from fretsolve.result.state import Change, Fields, State, Summary, Zone
-from fretsolve.setup.mirror_images import may_be_mirrored
+from fretsolve.model.load_path import Increment
+from fretsolve.model.surface import is_mirrored, map_border, map_spans
+from fretsolve.result.state import Fields, State, Summary, Zone
+from fretsolve.setup.contact_search import contact_size
+from fretsolve.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
+from fretsolve.setup.problem import may_be_mirrored
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.fields_of_increment import fields_of, precision_of, read_only, unloaded
-from fretsolve.simulation.located_errors import locate
-from fretsolve.simulation.slip_and_work import mean_pressure
+from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
 
-LARGEST_GROWTH = 3.0
-"""Load step over the one before it up to which an increment is estimated by that one."""
-
-LEAST_TOLERANCE = 1e-8
-"""Tolerance from which the rounding of `Change` does no harm."""
-
-LEAST_CELLS = 32 * 32
-"""Cells from which an increment of a run that may be saved is so estimated. On 32 x 32 cells it takes mode I.3 to 0.87
-of the time, saved to 0.95, on 24 x 24 to 1.0. Of the increments that are saved at once only the last one is saved with
-the estimate's part."""
-
 if TYPE_CHECKING:
-    from fretsolve.friction.bound import FrictionBound
-    from fretsolve.friction.law import FrictionOnGrid
     from fretsolve.simulation.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
+
+FEWEST_POINTS = 3
+"""Points of a side of which one can be in contact and those beside it free."""
+
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -86,9 +76,7 @@ def states_of(
     team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
-    change = start.change if start is not None else None
     wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
-    starts_with_gap = _starts_with_gap(setup)
     summaries = list(history)
     path = setup.load_path.followed(summaries)
     # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
@@ -99,20 +87,18 @@ def states_of(
         increment = path.increment(step, summaries)
         before = path.increment(step - 1, summaries).normal if step else None
         rigid = contact.rigid_start(fields, _rigid(summaries))
-        trend = _trend(change, path, summaries)
         try:
             coefficient = _coefficient(increment, setup, summaries)
-            bound = None if friction is None else _bound(friction, fields, coefficient, setup, contact.solver)
-            gap = fields.gap if step and starts_with_gap else None
-            kept = fields.pressure, fields.shear, displacement, rigid, before
-            begin = InitialState(*kept, trend=trend, friction=bound, gap=gap)
-            if increment.stretch is not None:
-                begin = _with_mismatch(begin, increment.stretch, setup)
+            limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
+            begin = InitialState(fields.pressure, fields.shear, displacement, rigid, limit, before)
+            if increment.strain_mismatch is not None:
+                # scaled slips of friction along two axes do not turn as a whole
+                turns = setup.model.orthotropy is None
+                begin = with_mismatch(begin, increment.strain_mismatch, setup.grid, turns=turns)
             if wear is not None:
                 begin = wear.begin(increment, begin, fields, path, summaries)
             solved = contact.solver.solve(increment, begin)
-            if friction is not None:
-                friction.require_known(solved.solution.pressure > 0.0, setup.grid, setup.case)
+            friction.require_known(solved.pressure > 0.0, setup.grid, setup.case)
         except NoSolutionError as error:
             locate(error, setup, increment)
             raise
@@ -122,23 +108,19 @@ def states_of(
         sizes = UNMEASURED
         if measured is None or measured(step):
             sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
-        trend = change = None  # before the arrays of the new state are made
-        begin = replace(begin, trend=None)
         last = fields
         fields, displacement, work = fields_of(solved, last, setup, team)
-        has_trend = _has_trend(setup, path, step + 1, saved=measured is None)
-        change = _change(begin, solved, team) if has_trend else None
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
         if wear is not None:
             mean = mean_pressure(last.pressure, fields.pressure)
-            summary = wear.count(summary, fields, solved.solution, mean)
+            summary = wear.count(summary, increment, last, fields, solved, mean)
             fields = read_only(wear.fields(fields, setup.case.output.fields))
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         lost = lost or _loses_contact(summaries[-2:])
-        yield State(summary, fields, displacement, change=change, wear=None if wear is None else wear.state)
+        yield State(summary, fields, displacement, wear=None if wear is None else wear.state)
 
 
 def increment_solver(
@@ -164,27 +146,17 @@ def increment_solver(
     )
 
 
-def _bound(
+def _friction_limit(
     friction: FrictionOnGrid, fields: Fields, coefficient: float | None, setup: ProblemSetup, solver: IncrementSolver
-) -> FrictionBound:
+) -> FrictionLimit:
     """Return the friction limit in an increment that starts from `fields`; coefficient: that the load path sets.
 
     Raises WeakeningError where friction falls so fast with slip that slip runs away.
     """
-    bound = friction.bound(fields, coefficient)
+    limit = friction.limit(fields, coefficient)
     if setup.model.friction_evolves:
-        from fretsolve.friction.weakening import require_stable  # few cases need it
-
-        require_stable(setup.case.friction, fields.pressure, bound, solver.level.operator)
-    return bound
-
-
-def _with_mismatch(begin: InitialState, stretch: Vector, setup: ProblemSetup) -> InitialState:
-    """Return the start of an increment in which bulk stress changes the mismatch of the surfaces by `stretch`."""
-    from fretsolve.increment.bulk_mismatch import with_mismatch  # few cases have bulk stress
-
-    # scaled slips of friction along two axes do not turn as a whole
-    return with_mismatch(begin, stretch, setup.grid, turns=setup.model.orthotropy is None)
+        require_stable(setup.case.friction, fields.pressure, limit, solver.level.operator)
+    return limit
 
 
 def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Summary]) -> float | None:
@@ -198,40 +170,9 @@ def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Su
     return friction.in_cycle((history[-1].cycles if history else 0.0) + 1.0)
 
 
-def _has_trend(setup: ProblemSetup, path: LoadPath, step: int, *, saved: bool) -> bool:
-    """Return whether to estimate `step` by the increment before it: in a stage, under shear, within the rounding.
-
-    saved: whether the states may be saved, which takes longer with the change of an increment.
-    """
-    model, solver, growth = setup.model, setup.case.solver, path.growth(step)
-    usual = model.has_shear and model.bulk is None and not model.line and model.orthotropy is None
-    usual = usual and (not saved or math.prod(setup.grid.shape) >= LEAST_CELLS)
-    accurate = solver.precision == "double" and solver.tolerance >= LEAST_TOLERANCE
-    return usual and accurate and growth is not None and growth <= LARGEST_GROWTH
-
-
-def _trend(change: Change | None, path: LoadPath, summaries: Sequence[Summary]) -> Trend | None:
-    """Return what the next increment is expected to change, from the change over the last one."""
-    if change is None:
-        return None
-    growth = path.growth(len(summaries))
-    assert growth is not None  # else there is no change
-    return Trend(growth, change, _rigid(summaries) - _rigid(summaries[:-1]))
-
-
 def _loses_contact(history: Sequence[Summary]) -> bool:
     """Return whether the contact was lost in one of some increments."""
     return any(before.contact_cells and not after.contact_cells for before, after in pairwise(history))
-
-
-def _starts_with_gap(setup: ProblemSetup) -> bool:
-    """Return whether increments start with the gap before them, which tells the normal displacement.
-
-    That is where shear causes a part of it, so that two convolutions are needed otherwise.
-    """
-    model, single = setup.model, setup.case.solver.precision == "single"
-    coupled = model.has_shear and model.terms.normal_tangential_coupling
-    return coupled and not (single or model.line) and setup.wear is None and model.orthotropy is None
 
 
 def _rigid(summaries: Sequence[Summary]) -> Vector:
@@ -239,36 +180,14 @@ def _rigid(summaries: Sequence[Summary]) -> Vector:
     return np.array([getattr(summaries[-1], name) for name in RIGID]) if summaries else np.zeros(6)
 
 
-def _change(initial: InitialState, solved: Solved, team: ThreadTeam) -> Change:
-    """Return the change over an increment: of tractions in single precision, computed in double."""
-    solution = solved.solution
-    change = Change(
-        pressure=np.empty(solution.pressure.shape, np.float32),
-        shear=np.empty(solution.shear.shape, np.float32),
-        displacement=np.empty(solution.displacement.shape),
-    )
-
-    def subtract(rows: slice) -> None:
-        for name, found in vars(change).items():
-            after, before = getattr(solution, name), getattr(initial, name)
-            np.subtract(after[..., rows, :], before[..., rows, :], out=found[..., rows, :], casting="same_kind")
-
-    team.of_rows(solution.pressure.shape, subtract)
-    for array in vars(change).values():
-        array.flags.writeable = False
-    return change
-
-
 def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[IncrementSolver]:
     """Return the class that solves a problem's increments. Most cases need none of the others."""
     model = setup.model
     if model.line:
-        from fretsolve.increment.line_increment import LineIncrementSolver
+        from fretsolve.increment.line_increment import LineIncrementSolver  # other cases need none of it
 
         return LineIncrementSolver
     if model.orthotropy is not None:
-        from fretsolve.increment.orthotropic_increment import OrthotropicIncrementSolver
-
         return OrthotropicIncrementSolver
     if may_be_mirrored(setup.case, model, setup.grid) and is_mirrored(setup.grid, separation):
         return MirroredIncrementSolver
@@ -302,9 +221,8 @@ def _working_seconds() -> float:
 def _summary(
     solved: Solved, increment: Increment, sizes: dict[str, Any], work: float, work_total: float, wall_time: float
 ) -> Summary:
-    solution, zone = solved.solution, solved.evidence.zone
-    loads_and_motions = map(float, (*solved.evidence.resultants, *solution.rigid))
-    certificate = vars(solved.evidence.certificate).items()
+    zone, certificate = solved.zone, vars(solved.certificate).items()
+    loads_and_motions = map(float, (*solved.resultants, *solved.rigid))
     values: dict[str, Any] = {
         **dict(zip((*LOADS, *RIGID), loads_and_motions, strict=True)),
         **increment.bulk,
@@ -317,8 +235,8 @@ def _summary(
         **values,
         contact_cells=int(np.count_nonzero(zone)),
         stick_cells=int(np.count_nonzero(zone == Zone.STICK)),
-        max_pressure=float(solution.pressure.max()),
-        max_shear=float(vector_lengths(solution.shear).max()),
+        max_pressure=float(solved.pressure.max()),
+        max_shear=float(vector_lengths(solved.shear).max()),
         work=work,
         work_total=work_total,
         iterations_normal=solved.iterations_normal,
@@ -327,3 +245,47 @@ def _summary(
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
     )
+
+
+def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:
+    """Add to `error` the place of the load in the case file, and a size that would hold the contact."""
+    stage = increment.stage
+    key: KeyPath = stage.place(error.component)
+    if isinstance(error, GridEdgeError):
+        on_grid = error.component is None
+        key = ("grid", "size") if on_grid else ("surface",)
+        error.message += _advised_size(setup, increment) if on_grid else ""
+    message = f"{error.message} (increment {increment.step}, stage {stage.number})"
+    place = setup.case.source.problem(message, key)
+    error.key, error.file, error.line, error.message = place.key, place.file, place.line, place.message
+
+
+def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
+    """Return advice about a contact at the grid's edge: a size that holds it on all of the load path."""
+    loads = [increment.normal, *setup.load_path.normal_loads()]
+    surfaces, materials = setup.case.surface, setup.model.compliances
+    try:
+        center, first = setup.grid.center, max(setup.grid.size)
+        size = contact_size(surfaces, materials, loads, center, first, setup.model.line)
+    except CaseError:
+        return "; no size would hold it"
+    contact = tuple(side / AREA_MARGIN for side in size)
+    if any(span < 1.05 * side for spans in map_spans(surfaces) for span, side in zip(spans, contact, strict=True)):
+        return "; no size would do, since the height map ends too soon: a larger map is needed"
+    worn, grid = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms), setup.grid
+    of_axes = zip(grid.axes, size, grid.shape, grid.size, strict=False)  # a line has one axis
+    sides = [(max(side, worn), points, present) for _, side, points, present in of_axes]
+    if any(points < FEWEST_POINTS for _, points, _ in sides):
+        larger = tuple(max(side, present) for side, _, present in sides)
+        return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"
+    roomy = tuple(side * room_for_cells(points) for side, points, _ in sides)
+    if all(advised <= 1.05 * present for advised, (_, _, present) in zip(roomy, sides, strict=True)):
+        wider = tuple(1.5 * present for _, _, present in sides)  # since shear or moments widen the contact
+        return f"; the size would hold the contact under the normal load alone: try {_size_in_words(wider, setup)}"
+    return f"; {_size_in_words(roomy, setup)} would do"
+
+
+def _size_in_words(size: tuple[float, ...], setup: ProblemSetup) -> str:
+    """Return the key `size` of a case, which is one number in a line contact."""
+    sides = [f"{side:.3g} mm" for side in size]
+    return f"size: {sides[0]}" if setup.model.line else f"size: [{', '.join(sides)}]"

@@ -13,7 +13,7 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import LEAST_SLIP
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.grid import Grid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.coupled_equations import CoupledEquations
@@ -45,7 +45,7 @@ class CoupledProblem:
     shear: FloatArray
     elastic_slip: FloatArray
     before: Vector
-    friction: FrictionBound
+    friction: FrictionLimit
     normal: LoadControl
     tangential: LoadControl
     motion: float
@@ -147,7 +147,7 @@ class CoupledNewton:
         last = self.iterations + self._most
         for step in range(MOST_STEPS):
             # CN1: shear beyond the friction limit slips; in the slip zone q = b n
-            self._put_on_circle(problem, work)
+            self._return_map(problem, work)
             # CN2: displacements of the tractions; in the first step a fit of the rigid displacements
             pressure, shear = work.pressure - problem.pressure, work.shear - problem.shear
             self.operator.all(pressure, shear, self._uz, self._moved)
@@ -192,7 +192,7 @@ class CoupledNewton:
         work.shear /= float(np.abs(work.shear).max()) or 1.0
         return work
 
-    def _put_on_circle(self, problem: CoupledProblem, work: CoupledState) -> None:
+    def _return_map(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Let shear beyond the friction limit slip, and give it the length of the limit in the slip zone."""
         length, friction_limit = np.hypot(work.shear[0], work.shear[1]), problem.friction.limit(work.pressure)
         work.slipping |= length > friction_limit

@@ -60,23 +60,15 @@ class DirectSolver:
         self.pressings = self.slidings = 0
 
     def solve(
-        self,
-        problem: CoupledProblem,
-        estimate: DirectSolution,
-        tolerance: float,
-        slipping: BoolArray | bool = False,
-        *,
-        presses: bool,
-        slides: bool,
+        self, problem: CoupledProblem, estimate: DirectSolution, tolerance: float, *, presses: bool, slides: bool
     ) -> DirectSolution | None:
         """Return the solution, or None where none is found.
 
-        slipping: cells (nx, ny) expected to slip besides those that have reached the friction limit; presses, slides:
-        which of pressure and shear there is to solve for. Tractions of `problem` must be 0.
+        presses, slides: which of pressure and shear there is to solve for. Tractions of `problem` must be 0.
         """
         self.pressings = self.slidings = 0
         coupled = slides and self.operator.terms.normal_tangential_coupling
-        work = self._begin(problem, estimate, slipping)
+        work = self._begin(problem, estimate)
         if slides and not work.has_friction:
             return None
         pressing, beyond = presses, True  # whether D1 presses, and with a look beyond the contact
@@ -113,12 +105,12 @@ class DirectSolver:
                 beyond = opened > MAY_JOIN
         return None
 
-    def _begin(self, problem: CoupledProblem, estimate: DirectSolution, expected: BoolArray | bool) -> DirectContact:
+    def _begin(self, problem: CoupledProblem, estimate: DirectSolution) -> DirectContact:
         """Return the estimate on the cells in contact."""
         contact, limit = estimate.pressure > 0.0, problem.friction.limit(estimate.pressure)
         cells = self._cells_of(contact)
         shear = np.array(estimate.shear.reshape(2, -1)[:, cells.index], np.float64).ravel()
-        slipping = (slips(estimate.shear, limit, circle_width(np.float64)) | expected).ravel()[cells.index]
+        slipping = slips(estimate.shear, limit, circle_width(np.float64)).ravel()[cells.index]
         pressure = np.array(estimate.pressure.ravel()[cells.index], np.float64)
         return DirectContact(problem.friction, contact, cells, pressure, shear, slipping, estimate.rigid.copy())
 

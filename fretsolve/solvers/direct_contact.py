@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.solvers.influence_matrices import Cells
 from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray, IndexArray, Vector
 
@@ -30,7 +30,7 @@ class DirectContact:
 
     def __init__(
         self,
-        friction: FrictionBound,
+        friction: FrictionLimit,
         contact: BoolArray,
         cells: Cells,
         pressure: DoubleArray,

@@ -52,10 +52,9 @@ class LineTangentialSolver(TangentialSolver):
         tolerance: float,
         max_iterations: int,
         scales: SlipScales,
-        known: FloatArray | None = None,
     ) -> SolverResult:
         """Solve as `TangentialSolver` does; where that fails, find the zones one rigid motion after another."""
-        arguments = control, friction_limit, shear, tolerance, max_iterations, scales, known
+        arguments = control, friction_limit, shear, tolerance, max_iterations, scales
         found = super().solve(elastic_slip, *arguments)
         contact = np.flatnonzero(friction_limit[:, 0] > 0.0)
         along_y = shear[1].any() or elastic_slip[1].any() or control.imposed_resultant[1]

@@ -72,27 +72,26 @@ class NormalSolver:
         max_iterations: int,
         rigid: Vector,
         last_tolerance: float | None = None,
-        known: FloatArray | None = None,
+        known: bool = False,
     ) -> SolverResult:
         """Solve in place for `pressure` (nx, ny), which holds the first estimate.
 
         separation: (nx, ny), mm; control: of (P|delta_z, Mx|phi_x, My|phi_y); tolerance: on the residual; rigid:
         estimate of the rigid displacements, used while there is no contact; last_tolerance: tightest tolerance of the
-        later solves that reuse this displacement; known: pressure whose displacement `uz` holds, None if it is of none.
+        later solves that reuse this displacement; known: whether `uz` holds the displacement of the estimate.
         """
         iterations, rounds, caution, rigid = 0, 0, 0.0, rigid.copy()
         least, since_halved = np.inf, 0
         last_tolerance = tolerance if last_tolerance is None else last_tolerance
         # N1: contact zone and displacement of the estimate
-        if known is not None:
-            np.copyto(self._gap, known)
+        np.copyto(self._gap, pressure)
         self._start_zone(separation, control, pressure)
-        if known is not None:
+        if known:
             size = float(np.max(self.uz[0], where=self._contact, initial=0.0))
             self._update_displacement(pressure, last_tolerance * size)
         else:
             self.operator.normal(pressure, self.uz)
-        cells = self._gram[0][0] if known is not None else None
+        cells = self._gram[0][0] if known else None
         while True:
             # N2: forced rigid displacements by least squares of the gap, N' g = 0
             rigid = self._rigid_displacement(separation, control, rigid)

@@ -81,20 +81,19 @@ class TangentialSolver:
         tolerance: float,
         max_iterations: int,
         scales: SlipScales,
-        known: FloatArray | None = None,
     ) -> SolverResult:
         """Solve for `shear` (2, nx, ny) and `slipping` (nx, ny) in place; both hold a first estimate.
 
-        elastic_slip: e at the shear `known`, at the first estimate where that is None, (2, nx, ny), mm, changed in
-        place with the shear; control: of (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments;
-        friction_limit: (nx, ny), MPa; tolerance: on the residual.
+        elastic_slip: e at the first estimate, (2, nx, ny), mm, changed in place with the shear; control: of
+        (Qx|delta_x, Qy|delta_y, Mz|phi_z), displacements as increments; friction_limit: (nx, ny), MPa; tolerance: on
+        the residual.
         """
         iterations, only_loads_missed, least, since_halved = 0, 0, np.inf, 0
         largest_limit = float(friction_limit.max()) or TINY
         capacity = float(friction_limit.sum(dtype=np.float64)) * self.modes.cell_area or TINY
         last_tolerance = tolerance if scales.last_tolerance is None else scales.last_tolerance
         # TG1: zones and shear of the estimate
-        np.copyto(self._slip, shear if known is None else known)
+        np.copyto(self._slip, shear)
         self._start_zones(control, friction_limit, shear)
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:

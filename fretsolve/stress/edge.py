@@ -20,14 +20,31 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from fretsolve.model.grid import Grid
-from fretsolve.stress.blocks import in_blocks
-from fretsolve.stress.halfspace.influence import Body, Traction
-from fretsolve.stress.halfspace.layers import LayerConvolution, LayerKernels, Window
+from fretsolve.stress.influence import Body, Traction
 from fretsolve.stress.invariants import invariant, principal
+from fretsolve.stress.layers import LayerConvolution, LayerKernels, Window
 from fretsolve.stress.names import INVARIANTS, Invariant
 from fretsolve.system.arrays import BoolArray, DoubleArray
+
+
+def in_blocks(
+    field: DoubleArray, sides: tuple[int, int], shift: tuple[int, int], shape: tuple[int, int]
+) -> DoubleArray:
+    """Return means of a field over blocks of `sides` cells, ``shape``, the first of which begins `shift` before it."""
+    whole = np.zeros((shape[0] * sides[0], shape[1] * sides[1]))
+    whole[shift[0] : shift[0] + field.shape[0], shift[1] : shift[1] + field.shape[1]] = field
+    means: DoubleArray = whole.reshape(shape[0], sides[0], shape[1], sides[1]).mean(axis=(1, 3))
+    return means
+
+
+def merged(window: Window, sides: tuple[int, int]) -> Window:
+    """Return the blocks of `sides` cells that cover a window."""
+    first, second = (slice(one.start // side, -(-one.stop // side)) for one, side in zip(window, sides, strict=True))
+    return first, second
+
 
 EDGE_CELLS = 2
 """Cells from the edge of contact that count as those at the edge."""
@@ -36,14 +53,9 @@ SHIFTS = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2
 LINE_SHIFTS = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
 """Sides of the blocks in cells, and the ways to begin them; in a line contact blocks have one row of cells."""
 
-EXTRAPOLATION = 1.0 / (math.sqrt(2.0) - 1.0)
-
 NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
 """Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
 what is loaded: the edge near it is in one of them, and in an area contact one of them fits the edge well."""
-
-PLACES = 8
-"""Places that are looked at, of each of two kinds."""
 
 LEAST_RISE = 0.5
 """Share of the largest change of a stress that must be in the direction of its tension at a trailing edge."""
@@ -145,7 +157,7 @@ class EdgeExtrapolation:
         fields: tractions, some of which are not 0; bulk: bulk stress xx, yy, xy of each body.
         """
         sheared = any(np.any(field) for name, field in fields.items() if name != "p")
-        factor, share = (EXTRAPOLATION, EDGE_SHARE) if sheared else (1.0, PRESSED_EDGE_SHARE)
+        factor, share = (1.0 / (math.sqrt(2.0) - 1.0), EDGE_SHARE) if sheared else (1.0, PRESSED_EDGE_SHARE)
         blocks = {side: [self._at_edge(side, shift, fields) for shift in self._shifts[side]] for side in self._shifts}
         estimates: dict[tuple[Body, Invariant], EdgeEstimate] = {}
         for body, of_bulk in bulk.items():
@@ -175,7 +187,7 @@ class EdgeExtrapolation:
         """Return the places where the largest stress may be, ``(2, places)`` in cells."""
         # With the bulk stress, which is uniform, and without it, since that is what the extrapolation changes.
         ranks = principal(blocks.stress + added)[0], principal(blocks.stress)[0]
-        return np.concatenate([blocks.tops(rank, PLACES) for rank in ranks], axis=1)
+        return np.concatenate([blocks.tops(rank, 8) for rank in ranks], axis=1)
 
     def _at_edge(
         self, side: int, shift: tuple[int, int], fields: Mapping[Traction, DoubleArray]
@@ -228,7 +240,7 @@ def rises(values: DoubleArray, change: DoubleArray) -> DoubleArray:
 
 
 def _turned(values: DoubleArray, stress: DoubleArray) -> DoubleArray:
-    """Return stresses ``(6, places)`` of principal `values` ``(3, places)`` in the directions of those of `stress`."""
+    """Return stresses ``(6, places)`` of principal `values` ``(3, places)`` in the principal directions of `stress`."""
     matrices = stress[[0, 3, 4, 3, 1, 5, 4, 5, 2]].T.reshape(-1, 3, 3)
     directions = np.linalg.eigh(matrices)[1][:, :, ::-1]
     turned = np.einsum("pik,kp,pjk->ijp", directions, values, directions)
@@ -237,8 +249,6 @@ def _turned(values: DoubleArray, stress: DoubleArray) -> DoubleArray:
 
 def edge_cells(contact: BoolArray) -> BoolArray:
     """Return the cells near which, within `EDGE_CELLS`, there are cells in contact and others."""
-    from scipy.ndimage import maximum_filter, minimum_filter
-
     size = 2 * EDGE_CELLS + 1
     near, inside = (one(contact, size, mode="nearest") for one in (maximum_filter, minimum_filter))
     cells: BoolArray = near & ~inside

@@ -1,9 +1,10 @@
 """The largest stresses of each increment, where they are, and how wrong they may be.
 
-Inside and below the surface a stress converges with the square of the cells' side; its error bar is the difference to
-the stress of tractions averaged over 2 x 2 cells. The largest stress on the surface at the edge of contact, where the
-tension of a sliding contact is largest, converges with the square root of the side and is extrapolated
-(`fretsolve.stress.edge`).
+Inside and below the surface a stress converges with the square of the cells' side h; its error bar is the difference to
+the stress of tractions averaged over 2 x 2 cells. At the edges of contact and of slip zones the stress on the surface
+converges with the square root of h, so that its error is some 1/(sqrt(2) - 1) times this difference, and the largest
+stress may lie at any place where value and error together exceed the largest value. At the edge of contact, where the
+tension of a sliding contact is largest, the stress is extrapolated (`fretsolve.stress.edge`).
 """
 
 from __future__ import annotations
@@ -13,21 +14,104 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import maximum_filter
 
-from fretsolve.stress.blocks import merged
-from fretsolve.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells
-from fretsolve.stress.evaluate import Layer
-from fretsolve.stress.halfspace.influence import Body
-from fretsolve.stress.halfspace.layers import LayerConvolution
-from fretsolve.stress.invariants import largest
+from fretsolve.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells, in_blocks, merged
+from fretsolve.stress.influence import Body
+from fretsolve.stress.invariants import invariant, largest
+from fretsolve.stress.layers import LayerConvolution, LayerKernels
 from fretsolve.stress.names import INVARIANTS, Invariant
-from fretsolve.stress.request import StressRequest, cell_centres
-from fretsolve.stress.surface_bars import SurfaceBars, SurfaceBounds, averaged
+from fretsolve.stress.request import Layer, StressRequest, cell_centres, is_outermost
 from fretsolve.stress.tractions import TractionHistory
-from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.system.arrays import BoolArray, ComplexArray, DoubleArray
+
+ERROR_FACTOR, LINE_ERROR_FACTOR = 2.0, 5.0
+"""Error on the surface over the difference to blocks of cells, and that in line contacts."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceBounds:
+    """Upper bounds of an invariant in an increment, on the blocks where it may be largest.
+
+    upper: the most that it may be, ``(blocks,)``; middles: ``(2, blocks)`` in cells; error: of the largest value.
+    """
+
+    upper: DoubleArray
+    middles: DoubleArray
+    error: float
+
+    def most(self, away: DoubleArray | None = None, distance: float = 0.0) -> float:
+        """Return the largest value that there may be, farther than `distance` cells from the place `away` (2,)."""
+        upper = self.upper
+        if away is not None:
+            upper = upper[np.abs(self.middles - away[:, None]).max(axis=0) > distance]
+        return float(upper.max(initial=-np.inf))
+
+
+class DoubledCells:
+    """The stress of tractions averaged over blocks of 2 x 2 cells, or of 2 cells of a line, as if these were cells."""
+
+    def __init__(self, tractions: TractionHistory, request: StressRequest):
+        self._tractions, self._request, grid = tractions, request, tractions.grid
+        self._sides = 2, 1 if tractions.plane_strain else 2
+        self._target = merged(request.target, self._sides)
+        self._convolution = LayerConvolution(
+            (self._sides[0] * grid.dx, self._sides[1] * grid.dy),
+            merged(request.source, self._sides),
+            self._target,
+            request.tractions,
+            plane_strain=tractions.plane_strain,
+        )
+        self._kernels: dict[tuple[Body, float], LayerKernels] = {}
+
+    def spectra(self, step: int) -> ComplexArray:
+        """Return the spectra of the averaged tractions of an increment."""
+        request, source = self._request, self._convolution.source
+        fields = self._tractions.read(step, request.source, request.tractions)
+        shift = request.source[0].start % self._sides[0], request.source[1].start % self._sides[1]
+        shape = source[0].stop - source[0].start, source[1].stop - source[1].start
+        blocks = {name: in_blocks(field, self._sides, shift, shape) for name, field in fields.items()}
+        return self._convolution.forward(blocks)
+
+    def stress(self, body: Body, step: int, depth: float, spectra: ComplexArray) -> DoubleArray:
+        """Return the stress in the blocks of the target with the bulk stress, (6, blocks along x, along y)."""
+        if (body, depth) not in self._kernels:
+            nu = self._tractions.poisson_ratios[body]
+            potentials = self._convolution.potentials(depth, {body: nu})
+            self._kernels[body, depth] = self._convolution.kernels(potentials, depth, nu, body)
+        stress = self._convolution.stress(self._kernels[body, depth], spectra)
+        stress[[0, 1, 3]] += self._tractions.bulk_stress(body, step)[:, None, None]
+        return stress
+
+    def bounds(self, body: Body, step: int, stress: DoubleArray) -> dict[Invariant, SurfaceBounds]:
+        """Return where the largest invariants on the surface may lie.
+
+        stress: the stress on the surface in the cells, with the bulk stress, (6, nx, ny).
+        """
+        coarse = self.stress(body, step, 0.0, self.spectra(step))
+        return {name: self._bounds(invariant(name, stress), invariant(name, coarse)) for name in INVARIANTS}
+
+    def _bounds(self, fine: DoubleArray, coarse: DoubleArray) -> SurfaceBounds:
+        first, second = self._request.target
+        shift = first.start % self._sides[0], second.start % self._sides[1]
+        shape = coarse.shape[0], coarse.shape[1]
+        # A block at the end of the window may have fewer cells, but has one.
+        covered = in_blocks(np.ones_like(fine), self._sides, shift, shape)
+        value = in_blocks(fine, self._sides, shift, shape) / covered
+        factor = LINE_ERROR_FACTOR if self._tractions.plane_strain else ERROR_FACTOR
+        error = factor * maximum_filter(np.abs(value - coarse), 3, mode="nearest")  # of the blocks around, too
+        upper = np.maximum(value, coarse) + error
+        chosen = np.argwhere(upper >= value.max()).T
+        middles = [
+            side * (window.start + numbers + 0.5)
+            for side, window, numbers in zip(self._sides, self._target, chosen, strict=True)
+        ]
+        best = np.unravel_index(int(value.argmax()), value.shape)
+        return SurfaceBounds(upper[chosen[0], chosen[1]], np.stack(middles), float(error[best]))
+
 
 EDGE_LEAD = 0.25
-"""By how much of its error an extrapolated value at the edge must exceed those of all cells to count as the largest."""
+"""Share of its error by which an extrapolated value at the edge must exceed those of all cells to be the largest."""
 
 SOLVED_FACTOR, SOLVED_LINE_FACTOR = 2.0, 4.0
 """Error at the edge with the tractions of the solver over that with exact ones, and that in line contacts. A cell at
@@ -41,8 +125,8 @@ Key = tuple[Body, Invariant]
 class Peak:
     """The largest value of an invariant in an increment (MPa).
 
-    value: the best estimate, which is that of the cells unless `at_edge`; error: its estimated error; on_cells: the
-    largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
+    value: the best estimate, which is the value of the cells unless `at_edge`; error: its estimated error; on_cells:
+    the largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
     deepest: it is at the largest depth of several, so that it may grow below; outermost: it is in the last cells of the
     window, so that it may grow beyond; unbounded: it is at a sharp edge or tip, and no value is the largest.
     """
@@ -70,7 +154,7 @@ class PeakSearch:
         self._values = {key: np.full(shape, -np.inf) for key in keys}
         self._cells = {key: np.zeros((*shape, 2), np.intp) for key in keys}
         self._solved_factor = SOLVED_LINE_FACTOR if tractions.plane_strain else SOLVED_FACTOR
-        self._surface: SurfaceBars | None = None
+        self._doubled = DoubledCells(tractions, request)
         self._bounds: dict[tuple[Body, Invariant, int], SurfaceBounds] = {}
         self._at_edge: dict[tuple[Body, Invariant, int], float] = {}
 
@@ -81,10 +165,8 @@ class PeakSearch:
             self._values[layer.body, name][place] = value
             self._cells[layer.body, name][place] = cell
         if self._request.depths[layer.depth_index] == 0.0:
-            if self._surface is None:
-                self._surface = SurfaceBars(self._tractions, self._request)
             step = self._request.steps[layer.step_index]
-            for name, bounds in self._surface.bounds(layer.body, step, layer.stress).items():
+            for name, bounds in self._doubled.bounds(layer.body, step, layer.stress).items():
                 self._bounds[layer.body, name, layer.step_index] = bounds
             cells = np.argwhere(self._edge(layer.step_index))
             if len(cells):
@@ -143,12 +225,8 @@ class PeakSearch:
             *self._place(self._cells[key][index, depth]),
             depths[depth],
             deepest=depth > 0 and depth == len(depths) - 1,
-            outermost=self._is_outermost(self._cells[key][index, depth]),
+            outermost=is_outermost(self._cells[key][index, depth], self._request.shape),
         )
-
-    def _is_outermost(self, cell: Sequence[int]) -> bool:
-        """Return whether a cell of the target is one of its last along a direction with several."""
-        return any(size > 1 and number in (0, size - 1) for number, size in zip(cell, self._request.shape, strict=True))
 
     def _extrapolated(self) -> dict[tuple[Body, Invariant, int], Peak]:
         """Return the largest values at the edge of contact."""
@@ -186,32 +264,17 @@ class PeakSearch:
 
     def _on_doubled_cells(self, places: set[tuple[Body, int]]) -> dict[tuple[Body, int], list[dict[Invariant, float]]]:
         """Return the largest values of each increment at some depths, from tractions averaged over 2 x 2 cells."""
-        request, grid = self._request, self._tractions.grid
-        sides = 2, 1 if self._tractions.plane_strain else 2
-        source, target = merged(request.source, sides), merged(request.target, sides)
-        convolution = LayerConvolution(
-            (sides[0] * grid.dx, sides[1] * grid.dy),
-            source,
-            target,
-            request.tractions,
-            plane_strain=self._tractions.plane_strain,
-        )
-        kernels = {}
-        for body, index in places:
-            depth, nu = request.depths[index], self._tractions.poisson_ratios[body]
-            kernels[body, index] = convolution.kernels(convolution.potentials(depth, {body: nu}), depth, nu, body)
         found: dict[tuple[Body, int], list[dict[Invariant, float]]] = {place: [] for place in places}
-        for step in request.steps:
-            spectra = convolution.forward(averaged(self._tractions, request, step, sides))
-            for (body, index), known in kernels.items():
-                stress = convolution.stress(known, spectra)
-                stress[[0, 1, 3]] += self._tractions.bulk_stress(body, step)[:, None, None]
+        for step in self._request.steps:
+            spectra = self._doubled.spectra(step)
+            for body, index in places:
+                stress = self._doubled.stress(body, step, self._request.depths[index], spectra)
                 found[body, index].append({name: value for name, (value, _) in largest(stress).items()})
         return found
 
 
 def _between_depths(depths: Sequence[float], values: DoubleArray, best: int) -> float:
-    """Return by how much a parabola through the largest value and those of the depths beside it rises above it."""
+    """Return by how much a parabola through the largest value and its neighbours over the depth rises above it."""
     if not 0 < best < len(depths) - 1:
         return 0.0
     (before, at, after), (low, top, high) = depths[best - 1 : best + 2], values[best - 1 : best + 2]

@@ -1,21 +1,29 @@
-"""Choose bodies, depths, increments and cells for which the stress of a result is computed."""
+"""Choose bodies, depths, increments and cells for which the stress of a result is computed, and compute it by layers.
+
+Layers are outermost, so that the coefficients of one layer alone are in memory; increments are innermost, so that these
+are computed once for many of them.
+"""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from fretsolve.case.keys.output_spec import StressSpec
+from fretsolve.elastic.fftw import load_wisdom, save_wisdom
 from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
+from fretsolve.result import Result
+from fretsolve.result.state import stage_ends
 from fretsolve.setup.cost_estimate import rounded_bytes
-from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component, Traction
-from fretsolve.stress.halfspace.layers import Window, padded_shape
+from fretsolve.stress.influence import COMPONENTS, TRACTIONS, Body, Component, Traction
+from fretsolve.stress.layers import LayerConvolution, Window, padded_shape
 from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system.arrays import DoubleArray
 
@@ -39,8 +47,8 @@ WindowChoice = WindowKind | float
 class StressRequest:
     """Stresses to compute.
 
-    bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: those that the file
-    keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
+    bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: components that the
+    file keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
     They may lie outside of the grid, where tractions are 0: before its first cell numbers are negative.
     """
 
@@ -176,6 +184,11 @@ def cell_centres(grid: Grid, window: Window) -> tuple[DoubleArray, DoubleArray]:
     return x, y
 
 
+def is_outermost(cell: Sequence[int], shape: tuple[int, int]) -> bool:
+    """Return whether a cell of a window is one of its last along a direction with several."""
+    return any(size > 1 and number in (0, size - 1) for number, size in zip(cell, shape, strict=True))
+
+
 def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowChoice) -> Window:
     """Return the cells whose stress is wanted."""
     target, grid = [], tractions.grid
@@ -191,3 +204,108 @@ def _target(tractions: TractionHistory, source: Window, plane: Plane | None, win
             found = slice(row, row + 1)
         target.append(found)
     return target[0], target[1]
+
+
+AS_KEYS = "fewer depths or components, a larger every, or window: auto is needed"
+"""What makes `output.stress` smaller."""
+
+
+def case_request(tractions: TractionHistory, spec: StressSpec) -> StressRequest:
+    """Return what a case asks for of its result. Raises CaseError."""
+    return stress_request(
+        tractions,
+        increments_of(tractions.result, spec.every),
+        spec.bodies,
+        spec.depths,
+        window=spec.window,
+        stored=spec.components,
+    )
+
+
+def increments_of(result: Result, every: int | None) -> tuple[int, ...]:
+    """Return every n-th of the increments with fields and the last one, or, for None, those at the ends of stages."""
+    if every is not None:
+        return tuple(step for step in result.steps if (step + 1) % every == 0 or step == result.steps[-1])
+    ends = set(stage_ends(result.history["stage"]).tolist())
+    return tuple(step for step in result.steps if step in ends or step == result.steps[-1])
+
+
+def request_before(
+    bodies: Sequence[Body],
+    depths: Sequence[float],
+    increments: int,
+    shape: tuple[int, int],
+    window: WindowKind = "auto",
+    stored: Sequence[Component] = COMPONENTS,
+) -> StressRequest:
+    """Return what a case asks for that is not solved yet; shape: of its grid.
+
+    bodies, depths: none for those by default. Of the window around the contact only that is certain which a contact of
+    a quarter of the grid's width has.
+    """
+    side = 1.0 if window == "all" else 0.4
+    nx, ny = (max(1, round(side * points)) for points in shape)
+    cells = slice(0, nx), slice(0, ny)
+    return StressRequest(
+        bodies=tuple(bodies) or (2,),
+        depths=tuple(depths) or tuple(map(float, range(len(GRADED)))),
+        steps=tuple(range(increments)),
+        source=cells,
+        target=cells,
+        tractions=TRACTIONS,
+        stored=tuple(stored),
+    )
+
+
+def room_problem(request: StressRequest, free_disk: int | None, advice: str = AS_KEYS) -> str | None:
+    """Return why stresses are too large for this machine, None if they are not; advice: what would help."""
+    return memory_problem(request, 1, advice) or disk_problem(request, free_disk, advice)
+
+
+def increments_before(spec: StressSpec, increments: int, stages: int) -> int:
+    """Return at how many increments a case asks for stresses; increments: those with fields."""
+    return min(stages, increments) if spec.every is None else -(-increments // spec.every)
+
+
+MEASURED_FROM = 200
+"""Layers of increments from which faster plans of the transforms are worth the time to measure them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """The stress of increment number `step_index` of a request at depth number `depth_index`: (6, nx, ny) in MPa."""
+
+    body: Body
+    depth_index: int
+    step_index: int
+    stress: DoubleArray
+
+
+def layers(tractions: TractionHistory, request: StressRequest, threads: int = 1) -> Iterator[Layer]:
+    """Yield the stress of all layers with the bulk stress of the body, `request.group` increments of each at a time."""
+    grid = tractions.grid
+    measured = len(request.depths) * len(request.steps) * len(request.bodies) >= MEASURED_FROM
+    if measured:
+        load_wisdom()
+    convolution = LayerConvolution(
+        (grid.dx, grid.dy), request.source, request.target, request.tractions, threads, measured, tractions.plane_strain
+    )
+    if measured:
+        save_wisdom()
+    ratios = {body: tractions.poisson_ratios[body] for body in request.bodies}
+    for start in range(0, len(request.steps), request.group):
+        numbers = range(start, min(start + request.group, len(request.steps)))
+        spectra = {
+            index: convolution.forward(tractions.read(request.steps[index], request.source, request.tractions))
+            for index in numbers
+        }
+        for depth_index, depth in enumerate(request.depths):
+            potentials = convolution.potentials(depth, ratios)
+            for body, nu in ratios.items():
+                kernels = convolution.kernels(potentials, depth, nu, body)
+                for index in numbers:
+                    stress = convolution.stress(kernels, spectra[index])
+                    for row, bulk in zip((0, 1, 3), tractions.bulk_stress(body, request.steps[index]), strict=True):
+                        if bulk:
+                            stress[row] += bulk
+                    yield Layer(body, depth_index, index, stress)

@@ -14,28 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
-from fretsolve.errors import FileError
+from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.result import Result
-from fretsolve.result.checks import digests_of, read_columns, require
 from fretsolve.result.header import write_sealed
-from fretsolve.result.layout import STEP, Quantity, X, Y
-from fretsolve.result.piece import damage_reported
-from fretsolve.result.storage import FIELD_FILTERS, chunk_shape, create_column
-from fretsolve.stress.evaluate import layers
-from fretsolve.stress.halfspace.influence import COMPONENTS, Body, Component
+from fretsolve.result.layout import STEP, Quantity, X, Y, chunk_shape, create_column
+from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
+from fretsolve.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
+from fretsolve.stress.influence import COMPONENTS, Body, Component
 from fretsolve.stress.invariants import MEANINGS
-from fretsolve.stress.names import PEAK_NAMES, ComputedFile, Invariant, opened_computed, require_made_from
+from fretsolve.stress.names import PEAK_NAMES, Invariant, stress_path
 from fretsolve.stress.peaks import Key, Peak, PeakSearch
-from fretsolve.stress.request import StressRequest, cell_centres
-from fretsolve.stress.tractions import BODIES, TractionHistory
+from fretsolve.stress.request import StressRequest, case_request, cell_centres, layers
+from fretsolve.stress.tractions import TractionHistory
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import own_dataset, own_node
+from fretsolve.system.files import writing
+from fretsolve.system.foreign_files import own_dataset
 
 FORMAT = "fretsolve stress 1"
 """Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""
 
-DEPTH = Quantity("depth", "mm", "distance from the surface into the body")
 STAGE = Quantity("stage", "1", "stage of the load path, counted from 1 with cycles unrolled", "int64")
 
 _PEAK_COLUMNS: tuple[tuple[str, str, str, str], ...] = (
@@ -80,6 +77,18 @@ def write_stress(
     return peaks
 
 
+def write_case_stress(result: Result, spec: StressSpec, threads: int) -> Path:
+    """Write the stresses of a finished run beside its result, and return the name of the file.
+
+    Raises CaseError, FileError.
+    """
+    target = stress_path(result.path)
+    tractions = TractionHistory(result)
+    with writing(target):
+        write_stress(tractions, case_request(tractions, spec), target, threads)
+    return target
+
+
 def _create_body(file: Any, tractions: TractionHistory, request: StressRequest, body: Body) -> dict[Component, Any]:
     """Create the group of a body with its axes, and return the datasets of the components that are stored."""
     group = file.create_group(f"stress/body_{body}")
@@ -90,14 +99,10 @@ def _create_body(file: Any, tractions: TractionHistory, request: StressRequest, 
     stage = tractions.result.history["stage"]
     create_column(group, STAGE, [stage[step] for step in request.steps], scales[0])
     found: dict[Component, Any] = {}
-    shape = len(request.steps), len(request.depths), *request.shape
+    chunks = (1, 1, *chunk_shape(*request.shape))
     for name in request.stored:
-        layout = {"chunks": (1, 1, *chunk_shape(*request.shape)), **FIELD_FILTERS}
-        dataset = group.create_dataset(name, shape, "float32", **layout)
-        dataset.attrs.update(units="MPa", long_name=f"stress {name} in body {body}, positive in tension")
-        for axis, scale in enumerate(scales):
-            dataset.dims[axis].attach_scale(scale)
-        found[name] = dataset
+        meaning = f"stress {name} in body {body}, positive in tension"
+        found[name] = create_values(group, name, scales, "float32", chunks, units="MPa", long_name=meaning)
     return found
 
 
@@ -146,13 +151,9 @@ class BodyStress:
             return values
 
 
-def bodies_of(stresses: ComputedFile, path: Path) -> dict[Body, BodyStress]:
+def bodies_of(stresses: ComputedFile) -> dict[int, BodyStress]:
     """Return the bodies of an open file of stresses. Raises FileError if it is not one, or is damaged."""
-    if stresses.kind != "stress" or not stresses.content:
-        raise FileError("is not a file of stresses, which `fretsolve stress` writes", path)
-    with damage_reported(path, "the stresses"):
-        known = {body: stresses.content[str(body)] for body in BODIES if str(body) in stresses.content}
-        return {body: _read_body(path, own_node(stresses.file, f"stress/body_{body}"), known[body]) for body in known}
+    return stresses.bodies("stress", _read_body)
 
 
 def read_peaks(path: Path, result: Result | None = None) -> dict[str, dict[int, tuple[float, float]]]:
@@ -163,12 +164,8 @@ def read_peaks(path: Path, result: Result | None = None) -> dict[str, dict[int, 
     found: dict[str, dict[int, tuple[float, float]]] = {name: {} for name in PEAK_NAMES}
     if not path.exists():
         return found
-    if result is not None:
-        require_made_from(result, path)
-    with reported("cannot be read", path), opened_computed(path) as file:
-        if file is None:
-            raise FileError("is not a file of stresses, which `fretsolve stress` writes", path)
-        for body in bodies_of(file, path).values():
+    with opened_beside(path, "stress", result) as file:
+        for body in bodies_of(file).values():
             for name, known in found.items():
                 for index, step in enumerate(body.steps.tolist()):
                     peak = float(body.columns[name][index]), float(body.columns[f"{name}_error"][index])

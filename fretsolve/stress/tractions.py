@@ -16,8 +16,8 @@ from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
-from fretsolve.stress.halfspace.influence import TRACTIONS, Body, Traction
-from fretsolve.stress.halfspace.layers import Window
+from fretsolve.stress.influence import TRACTIONS, Body, Traction
+from fretsolve.stress.layers import Window
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 BODIES: tuple[Body, Body] = (1, 2)

@@ -1,32 +1,109 @@
-"""The plan of a study: its cases, quantities and reference, checked before anything runs."""
+"""The plan of a study: its varied keys, cases, quantities and reference, checked before anything runs."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from fretsolve.case.keys.unrolled_path import Stage, last_repetitions
-from fretsolve.case.loading import CaseText, read_case
+from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case
 from fretsolve.errors import CaseError
 from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.state import CORRECTED_SUFFIX
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.study.variation import changes_the_problem, points_along, read_variation, words
-from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase
 from fretsolve.sweep.manifest import Manifest
-from fretsolve.sweep.points import crossed
+from fretsolve.sweep.plan import SIDE_OUTPUTS, BaseCase, PreparedCase
 from fretsolve.sweep.quantity import (
     CORRECTED_NAMES,
     WEAR_NAMES,
     StageQuantity,
     expected_values,
     in_order,
-    key_beside,
+    needed_key,
     read_quantities,
     usual_quantities,
 )
+from fretsolve.sweep.sweep_file import Point, Value, crossed, problem_of
+
+
+def changes_the_problem(key: str) -> bool:
+    """Return whether the exact solution depends on `key`, so that differences are not errors."""
+    first, _, rest = key.partition(".")
+    return first in ("bodies", "surface", "friction") or (
+        first in ("load_path", "stage") and rest.rpartition(".")[2] not in ("increments", "spacing")
+    )
+
+
+def points_along(key: str, values: Iterable[str]) -> list[Point]:
+    """Return the values of a key as an axis of a sweep."""
+    return [(Value(key, value, f"--vary {key}={value}", tuple(key.split("."))),) for value in values]
+
+
+def words(settings: Mapping[str, str], *, line: bool = False) -> str:
+    """Return settings for a sentence, such as ``64 x 64, 10 increments per stage, tolerance 1e-4``.
+
+    line: of a line contact, ``64 points``.
+    """
+    return ", ".join(_words(key, value, line) for key, value in settings.items())
+
+
+def short(settings: Mapping[str, str]) -> str:
+    """Return the values alone, for a label."""
+    return ", ".join(settings.values())
+
+
+def read_variation(text: str) -> tuple[str, tuple[str, ...]]:
+    """Read ``KEY=A,B,C``. Commas within brackets or quotes separate nothing. Raises CaseError.
+
+    The key is dotted as `--set` takes it, or begins with one of `EVERY_STAGE`; the values are texts.
+    """
+    key, equals, rest = (part.strip() for part in text.partition("="))
+    if not equals or not all(key.split(".")) or not rest:
+        raise _refused("KEY=A,B,C is needed, such as grid.points=32,64,128", text)
+    if problem := problem_of(key):
+        raise _refused(problem, text)
+    values = tuple(_split(rest))
+    if not all(values):
+        raise _refused("a value is missing between two commas, or at an end", text)
+    for value in values:
+        if values.count(value) > 1:
+            raise _refused(f"the value {value} is given twice; once is enough", text)
+    return key, values
+
+
+def _words(key: str, value: str, line: bool) -> str:
+    stage, _, name = key.rpartition(".")
+    if key == "grid.points" and line:
+        return f"{value} points"
+    if key == "grid.points":
+        sides = value.strip("[] ").split(",")
+        return " x ".join(side.strip() for side in (sides if len(sides) == 2 else 2 * sides))
+    if name == "increments" and value.isdecimal():
+        place = "per stage" if key.startswith(EVERY_STAGE) else f"in {stage}"
+        return f"{value} increment{'' if int(value) == 1 else 's'} {place}"
+    return f"{name.replace('_', ' ')} {value}"
+
+
+def _split(text: str) -> Iterator[str]:
+    start, depth, quote = 0, 0, ""
+    for index, character in enumerate(text):
+        if quote:
+            quote = "" if character == quote else quote
+        elif character in "'\"":
+            quote = character
+        elif character == "," and not depth:
+            yield text[start:index].strip()
+            start = index + 1
+        else:
+            depth += (character in "[{(") - (character in "]})")
+    yield text[start:].strip()
+
+
+def _refused(message: str, text: str) -> CaseError:
+    return CaseError(message, (), f"--vary {text if text.isprintable() else repr(text)}")
+
 
 ReferenceKind = Literal["finest", "closed-form", "expect"]
 
@@ -53,7 +130,7 @@ class StudyRequest:
 
 @dataclass(frozen=True)
 class StudyPlan:
-    """A study: a sweep in `manifest`, its `cases` in the same order, and what they are compared with.
+    """A study: a sweep in `manifest`, its `cases` in the order of its rows, and what they are compared with.
 
     variations: the varied keys with their values. First comes the finest run of the first problem, then the others by
     their estimated cost. known: the reference if it is known before any run, None for the finest run. unknown:
@@ -102,7 +179,7 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
             " settings of the solver, or leave --truth out"
         )
         raise CaseError(message, (), f"--vary {changing[0][0]}")
-    needed = {key_beside(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
+    needed = {needed_key(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
     base = _base(request, needed)
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
     for key in sorted(needed):
@@ -140,7 +217,7 @@ def _base(request: StudyRequest, needed: Collection[str]) -> BaseCase:
     runs with error bars have corrected values.
     """
     text, overrides = read_case(request.case), request.overrides
-    for name in FILES_BESIDE:
+    for name in SIDE_OUTPUTS:
         if f"output.{name}" not in needed:
             text, overrides = _without(name, text, overrides)
     fields = "output.fields=[pressure, shear]" if needed else "output.fields=[]"
@@ -202,10 +279,10 @@ def compared_quantities(
     kind: ReferenceKind,
     known: Mapping[StageQuantity, float] | None,
 ) -> tuple[tuple[StageQuantity, ...], tuple[StageQuantity, ...]]:
-    """Return the quantities that are compared, and those for which the reference has no value.
+    """Return the quantities that are compared, and the quantities for which the reference has no value.
 
-    They are those of ``--quantity``, by default the usual ones; without a stage, those at the ends of all stages, of a
-    repeated cycle of the last repetition. Raises CaseError.
+    ``--quantity`` names them, by default they are the usual ones. A name without a stage means the ends of all stages,
+    of a repeated cycle the last repetition. Raises CaseError.
     """
     judged = sorted(last_repetitions(stages).values())
     found: list[StageQuantity] = []

@@ -17,8 +17,8 @@ from fretsolve.errors import PictureError
 from fretsolve.plots.canvas import MOST_COLUMNS, canvas, one_line
 from fretsolve.plots.labels import line_colors, physical_name
 from fretsolve.study.assessment import AssessedRun, Assessment, front
+from fretsolve.study.plan import short
 from fretsolve.study.report import TARGETS, key_names
-from fretsolve.study.variation import short
 from fretsolve.sweep.quantity import place_of
 
 PLAIN: dict[str, Any] = {"marker": "o", "color": "0.4", "markersize": 5.0, "linestyle": ""}

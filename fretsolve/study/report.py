@@ -11,9 +11,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fretsolve.case.dimensions import percent
-from fretsolve.export.text_report import TextColumn
+from fretsolve.export.report_tables import TextColumn
 from fretsolve.study.assessment import AssessedRun, Assessment
-from fretsolve.study.variation import words
 from fretsolve.sweep.manifest import index_list
 from fretsolve.sweep.quantity import ENERGIES, listed, place_of
 
@@ -62,16 +61,15 @@ def notes(study: Assessment) -> Iterator[str]:
 def without_values(study: Assessment) -> Iterator[str]:
     """Yield a line on each case that has no corrected values at some stages, since it has no error bars there."""
     for row in study.rows if study.plan.corrected else ():
-        why, settings = row.outcome.without_bars, words(row.case.settings, line=row.case.setup.model.line)
-        if why and np.isnan(row.values).any():
-            yield f"not corrected: {settings}: {why}"
+        if row.outcome.without_bars and np.isnan(row.values).any():
+            yield f"not corrected: {row.words}: {row.outcome.without_bars}"
 
 
 def failures(study: Assessment) -> Iterator[str]:
     """Yield a line on each case without a solution."""
     for row in study.rows:
         if row.outcome.failure:
-            yield f"failed: {words(row.case.settings, line=row.case.setup.model.line)}: {row.outcome.failure}"
+            yield f"failed: {row.words}: {row.outcome.failure}"
 
 
 def advice(study: Assessment) -> Iterator[str]:
@@ -121,7 +119,7 @@ def _praise(study: Assessment, row: AssessedRun, names: Sequence[str]) -> str:
     worst_first = sorted(names, key=lambda name: -study.error_of(row, name))
     errors = ", ".join(f"{name} within {two_digits(100.0 * study.error_of(row, name))} %" for name in worst_first[:3])
     more = ", the rest closer" if len(worst_first) > 3 else ""
-    return f"{words(row.case.settings, line=row.case.setup.model.line)}: {errors}{more}; {_saving(study, row)}"
+    return f"{row.words}: {errors}{more}; {_saving(study, row)}"
 
 
 def _error_and_place(study: Assessment, row: AssessedRun, name: str) -> str:

@@ -8,3 +8,5 @@ table of all of them. The engines share nothing but these files::
     reports = list(run_cases(plan.manifest, plan.manifest.unique, jobs=2, stop=stop))
     table = collect(plan.manifest)
 """
+
+MOST_CASES = 1_000_000

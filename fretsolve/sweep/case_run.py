@@ -8,59 +8,28 @@ import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 
 from fretsolve.case.loading import read_case
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
+from fretsolve.fatigue.names import fatigue_path
 from fretsolve.kernels import load
 from fretsolve.result import open_result
-from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
-from fretsolve.sweep.base_case import BaseCase, PreparedCase
+from fretsolve.stress.names import stress_path
 from fretsolve.sweep.beginnings import files_of
-from fretsolve.sweep.manifest import Manifest, ManifestRow, is_finished
+from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport, is_finished
+from fretsolve.sweep.plan import BaseCase, PreparedCase
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import compiler_asked
 from fretsolve.system.signals import EXIT_STOPPED
 
 Show = Callable[[PreparedCase, Summary], None]
-
-
-@dataclass(frozen=True)
-class Report:
-    """End of the run of a case.
-
-    code: that of `fretsolve run`, 0 or 3 if there is a result; busy: another run is writing it. reason: one line, empty
-    if there is nothing to say. increments: in the result; seconds: of this run; notes: warnings.
-    """
-
-    index: int
-    code: int
-    reason: str = ""
-    busy: bool = False
-    increments: int = 0
-    seconds: float = 0.0
-    notes: tuple[str, ...] = ()
-
-    @property
-    def has_result(self) -> bool:
-        """True if the case has a result, even one that says that there is no solution."""
-        return self.code in (0, NoSolutionError.exit_code)
-
-    @property
-    def wrote_result(self) -> bool:
-        """True if this run wrote the result; a result that was there before adds no increments."""
-        return self.code == NoSolutionError.exit_code or (self.code == 0 and self.increments > 0)
-
-    @property
-    def of_another(self) -> bool:
-        """True if another process has or had the case and reports it."""
-        return self.busy or (self.has_result and not self.wrote_result)
 
 
 def solve(
@@ -72,39 +41,36 @@ def solve(
     threads: int = 1,
     pause: float = 0.0,
     shared: Mapping[int, Path] = NOTHING_SHARED,
-    empty: EmptyHistories | None = None,
-) -> Report:
+) -> RunReport:
     """Solve what is missing of case `index`, save it and report how that ended.
 
     show: called after each increment; pause: seconds for which increments may stay unsaved; shared: files
-    of beginnings, and empty: histories without values, see `HistoryWriter.open`. Raises FileError.
+    of beginnings, see `HistoryWriter.open`. Raises FileError.
     """
     began, code, reason = time.perf_counter(), 0, ""
     with HistoryWriter.open(
-        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared, empty=empty
+        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
-        if writer.complete:  # another process was faster, or was ended before it had written the files beside it
-            write_beside(case, threads)
-            return Report(index, 0)
+        if writer.complete:  # another process was faster, or was ended before it had written the side outputs
+            write_side_outputs(case, threads)
+            return RunReport(index, 0)
         try:
             if not solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)):
                 code = EXIT_STOPPED
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:
-            write_beside(case, threads)
+            write_side_outputs(case, threads)
         seconds, notes = time.perf_counter() - began, tuple(writer.notes)
-        return Report(index, code, reason, increments=len(writer.summaries), seconds=seconds, notes=notes)
+        return RunReport(index, code, reason, increments=len(writer.summaries), seconds=seconds, notes=notes)
 
 
-def write_beside(case: PreparedCase, threads: int = 1) -> None:
-    """Write those files beside a result that the case asks for and that are missing. Raises CaseError, FileError."""
+def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
+    """Write the side outputs that the case asks for and that are missing. Raises CaseError, FileError."""
     if is_finished(case.out, case.beside):
         return
-    from fretsolve.fatigue.names import fatigue_path
-    from fretsolve.fatigue.of_case import write_case_fatigue
-    from fretsolve.stress.names import stress_path
-    from fretsolve.stress.of_case import write_case_stress
+    from fretsolve.fatigue.fatigue_file import write_case_fatigue
+    from fretsolve.stress.stress_file import write_case_stress
 
     output = case.setup.case.output
     with open_result(case.out) as result:
@@ -116,7 +82,7 @@ def write_beside(case: PreparedCase, threads: int = 1) -> None:
 
 def run_serially(
     cases: Sequence[PreparedCase], stop: Stop, show: Show = lambda case, summary: None
-) -> Iterator[Report]:
+) -> Iterator[RunReport]:
     """Run `cases`, unless their results are there; yield a report as each ends. A stop saves the case under way.
 
     show: called after each saved increment. Raises FileError.
@@ -125,12 +91,12 @@ def run_serially(
     warm: set[object] = set()
     for index, case in enumerate(cases):
         if is_finished(case.out, case.beside):
-            yield Report(index, 0)
+            yield RunReport(index, 0)
             continue
         if _kind(case) not in warm and not stop.requested:
             warm.add(_kind(case))
             _warm_up([other for other in missing if _kind(other) == _kind(case)], stop)
-        report = Report(index, EXIT_STOPPED) if stop.requested else solve(case, index, stop, partial(show, case))
+        report = RunReport(index, EXIT_STOPPED) if stop.requested else solve(case, index, stop, partial(show, case))
         if report.code == EXIT_STOPPED:
             return
         yield report
@@ -157,7 +123,6 @@ class CaseRunner:
     """Runs cases of the sweep `manifest`, and reads its case file once."""
 
     manifest: Manifest
-    empty_histories: EmptyHistories = field(default_factory=EmptyHistories)
 
     @cached_property
     def base(self) -> BaseCase:
@@ -167,11 +132,11 @@ class CaseRunner:
         compiled = None if wanted is None else load(wanted).compiled
         return BaseCase.of(read_case(manifest.case), manifest.overrides, manifest.threads, compiled=compiled)
 
-    def run(self, row: ManifestRow, stop: Stop) -> Report:
+    def run(self, row: ManifestRow, stop: Stop) -> RunReport:
         """Solve what is missing of a case. Errors are in the report and, if there is no result, in the case's note."""
         began = time.perf_counter()
         if self.manifest.is_finished(row):
-            return Report(row.index, 0)
+            return RunReport(row.index, 0)
         try:
             case = self.base.prepare(row.settings, self.manifest.results)
             if case.id != row.id:
@@ -179,16 +144,15 @@ class CaseRunner:
                 raise CaseError(message, (), self.manifest.case)
             # A kill may cost 2 s of work. A shorter case is written once, which is faster.
             shared = files_of(row.shared, self.manifest.folder)
-            threads, empty = self.manifest.threads, self.empty_histories
-            report = solve(case, row.index, stop, threads=threads, pause=2.0, shared=shared, empty=empty)
+            report = solve(case, row.index, stop, threads=self.manifest.threads, pause=2.0, shared=shared)
         except FretsolveError as error:
-            report = Report(row.index, error.exit_code, _one_line(error), isinstance(error, BusyError))
+            report = RunReport(row.index, error.exit_code, _one_line(error), isinstance(error, BusyError))
         except MemoryError:
-            report = Report(row.index, CaseError.exit_code, "not enough memory; fewer grid.points are needed")
+            report = RunReport(row.index, CaseError.exit_code, "not enough memory; fewer grid.points are needed")
         except Exception as error:
             if os.environ.get("FRETSOLVE_DEBUG"):
                 raise
-            report = Report(row.index, EXIT_BUG, f"internal error: {type(error).__name__}: {_one_line(error)}")
+            report = RunReport(row.index, EXIT_BUG, f"internal error: {type(error).__name__}: {_one_line(error)}")
         report = replace(report, seconds=time.perf_counter() - began)
         leave_note(self.manifest, row, report)
         return report
@@ -198,7 +162,7 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def leave_note(manifest: Manifest, row: ManifestRow, report: Report) -> None:
+def leave_note(manifest: Manifest, row: ManifestRow, report: RunReport) -> None:
     """Write beside the results why a case has none, unless it was merely stopped. A full disk is no error here."""
     note = manifest.note(row)
     with suppress(OSError):

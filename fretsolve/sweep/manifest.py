@@ -1,21 +1,25 @@
-"""The manifest of a sweep: every case with its settings and the name of its result."""
+"""The manifest of a sweep: every case with its settings and the name of its result, and how far each case is."""
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import json
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
-from fretsolve.errors import CaseError, FileError, dotted, shortened
+from fretsolve.errors import CaseError, FileError, NoSolutionError, dotted, shortened
+from fretsolve.result.lock import is_locked
+from fretsolve.result.parts import contiguous_parts, parts_folder
 from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.beginnings import FOLDER_NAME as BEGINNINGS_NAME
 from fretsolve.sweep.beginnings import Beginning
@@ -34,21 +38,32 @@ _OWN_NAME = re.compile(
 )
 """Files and folders of a sweep whose manifest is missing, or is being written."""
 
+LARGEST_NOTE = 2**20
+"""Bytes of a note, which is a line."""
+
+CaseId = Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
+"""The digest of a case, which names its files."""
+
+SideOutput = Literal["stress", "fatigue"]
+"""What a case may ask for beside its result NAME.h5, in the file NAME.stress.h5 or NAME.fatigue.h5."""
+
+Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
+"""complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""
+
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """One case. index: its place in the sweep, from 0; id: names its result, the same for equal cases.
+    """One case. index: its place in the sweep, from 0; id: names its result, equal for equal cases.
 
-    seconds: estimated time; shared: beginnings that other cases have as well; beside: names of the files that it has
-    beside a complete result.
+    seconds: estimated time; shared: beginnings that other cases have as well; beside: its side outputs.
     """
 
     index: int
-    id: str
+    id: CaseId
     settings: Mapping[str, str]
     seconds: float
     shared: tuple[Beginning, ...] = ()
-    beside: tuple[str, ...] = ()
+    beside: tuple[SideOutput, ...] = ()
 
     @property
     def words(self) -> str:
@@ -96,17 +111,37 @@ class Manifest:
         """Return the result file of a case."""
         return self.results / f"{row.id}.h5"
 
-    def is_finished(self, row: ManifestRow) -> bool:
-        """Return whether nothing of a case is left to run: its result is there, with the files beside it."""
-        return is_finished(self.result(row), row.beside)
-
     def note(self, row: ManifestRow) -> Path:
         """Return the file that says why a case has ended without a result."""
         return self.results / f"{row.id}.note"
 
+    def is_finished(self, row: ManifestRow) -> bool:
+        """Return whether nothing of a case is left to run: its result is there, with its side outputs."""
+        return is_finished(self.result(row), row.beside)
+
+    def has_ended(self, row: ManifestRow) -> bool:
+        """Return whether a case has its files, or a note of why it has none."""
+        return self.is_finished(row) or self.note(row).exists()
+
+    def is_taken(self, row: ManifestRow) -> bool:
+        """Return whether a case has ended, or a process is running it."""
+        return self.has_ended(row) or is_locked(parts_folder(self.result(row)))
+
+    def missing(self, rows: Iterable[ManifestRow] | None = None) -> list[ManifestRow]:
+        """Return the cases that lack a file, each once; a file appears only when it is whole."""
+        return [row for row in (self.unique if rows is None else rows) if not self.is_finished(row)]
+
+    def own_attributes(self, row: ManifestRow) -> dict[str, Any]:
+        """Return the root attributes of the result of a case. Raises FileError, also if another case has it."""
+        out = self.result(row)
+        attributes = read_attributes(out)
+        if digest(attributes) != row.id:
+            raise FileError("is the result of another case", out)
+        return attributes
+
 
 def is_finished(out: Path, beside: Sequence[str]) -> bool:
-    """Return whether a result is there, with the files beside it unless there is no solution."""
+    """Return whether a result is there, with its side outputs unless there is no solution."""
     if not out.exists():
         return False
     if all(out.with_suffix(f".{name}.h5").exists() for name in beside):
@@ -117,40 +152,114 @@ def is_finished(out: Path, beside: Sequence[str]) -> bool:
         return True  # whoever reads it reports the damage
 
 
-class _StoredBeginning(BaseModel):
-    """A beginning in the manifest's file. Its key becomes the name of a file, too."""
+def digest(attributes: Mapping[str, Any]) -> str:
+    """Return a digest of all that the outcome of a run depends on, which title and expected values do not change.
 
-    model_config = ConfigDict(strict=True)
-    key: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
-    increments: Annotated[int, Field(ge=1)]
+    attributes: of the run's header or result.
+    """
+    effective = json.loads(attributes["effective_case"])
+    case = {name: value for name, value in effective.items() if name not in ("title", "expect")}
+    rest = [attributes.get(name) for name in ("inputs", "fretsolve_version", "format_version")]
+    identity = json.dumps([case, *rest], sort_keys=True)
+    return hashlib.sha256(identity.encode()).hexdigest()[:16]
 
 
-class _StoredRow(BaseModel):
-    """A case in the manifest's file. Its id becomes the name of a file, so it is nothing but a digest."""
+@dataclass(frozen=True)
+class RunReport:
+    """End of the run of a case.
 
-    model_config = ConfigDict(strict=True)
+    code: the exit code of `fretsolve run`, 0 or 3 if there is a result; busy: another run is writing it. reason: one
+    line, empty if there is nothing to say. increments: in the result; seconds: of this run; notes: warnings.
+    """
+
     index: int
-    id: Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
-    settings: dict[str, str]
-    seconds: float
-    shared: tuple[_StoredBeginning, ...]
-    beside: tuple[Literal["stress", "fatigue"], ...]
+    code: int
+    reason: str = ""
+    busy: bool = False
+    increments: int = 0
+    seconds: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def has_result(self) -> bool:
+        """True if the case has a result, even one that says that there is no solution."""
+        return self.code in (0, NoSolutionError.exit_code)
+
+    @property
+    def wrote_result(self) -> bool:
+        """True if this run wrote the result; a result that was there before adds no increments."""
+        return self.code == NoSolutionError.exit_code or (self.code == 0 and self.increments > 0)
+
+    @property
+    def of_another(self) -> bool:
+        """True if another process has or had the case and reports it."""
+        return self.busy or (self.has_result and not self.wrote_result)
 
 
-class _Stored(BaseModel):
-    """The manifest's file."""
+@dataclass(frozen=True)
+class CaseState:
+    """Status of a case. exit_code, reason: of an ended case; increments: saved ones of a stopped case."""
 
-    model_config = ConfigDict(strict=True)
-    format: int
-    sweep: str
-    title: str
-    case: str
-    overrides: tuple[str, ...]
-    quantities: tuple[str, ...]
-    threads: Annotated[int, Field(ge=1, le=10**6)]
-    memory: float
-    compiled: bool | None
-    cases: Annotated[tuple[_StoredRow, ...], Field(min_length=1)]
+    row: ManifestRow
+    status: Status
+    exit_code: int | None = None
+    reason: str = ""
+    increments: int = 0
+
+    @property
+    def has_result(self) -> bool:
+        """True if nothing is left to run."""
+        return self.status in ("complete", "no solution")
+
+
+def states(manifest: Manifest, reports: Iterable[RunReport] = ()) -> Iterator[CaseState]:
+    """Yield the state of every row; reports: on results that were just written and need not be read."""
+    found: dict[str, CaseState] = {}
+    for report in reports:
+        if report.wrote_result:
+            row = manifest.rows[report.index]
+            found[row.id] = CaseState(row, "no solution" if report.code else "complete", report.code, report.reason)
+    for row in manifest.rows:
+        if row.id not in found:
+            found[row.id] = state_of(manifest, row)
+        yield replace(found[row.id], row=row)
+
+
+def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
+    """Return the state of a case, from its files."""
+    if manifest.is_finished(row):
+        try:
+            attributes = manifest.own_attributes(row)
+        except FileError as error:
+            return CaseState(row, "error", error.exit_code, str(error))
+        if attributes["status"] == "complete":
+            return CaseState(row, "complete", 0)
+        return CaseState(row, "no solution", 3, str(attributes.get("failure", "")))
+    folder = parts_folder(manifest.result(row))
+    if is_locked(folder):
+        return CaseState(row, "running")
+    with suppress(OSError, FileError, ValueError, KeyError, TypeError):
+        note = json.loads(read_small_text(manifest.note(row), "a note", LARGEST_NOTE))
+        return CaseState(row, "error", int(note["exit_code"]), str(note["reason"]))
+    try:
+        increments = sum(part.last - part.first + 1 for part in contiguous_parts(folder))
+    except OSError:
+        return CaseState(row, "waiting")
+    return CaseState(row, "stopped", increments=increments)
+
+
+def counted(found: Sequence[CaseState]) -> str:
+    """Return how many cases there are, and how many in each status that occurs, as a line."""
+    numbers = Counter(one.status for one in found)
+    parts = ", ".join(f"{numbers[status]} {status}" for status in get_args(Status) if status in numbers)
+    return f"{len(found)} case{'s' if len(found) > 1 else ''}: {parts}"
+
+
+def index_list(indices: Sequence[int]) -> str:
+    """Write numbers as ``0-3,7,9-12``, the form of Slurm's --array."""
+    groups = itertools.groupby(enumerate(sorted(set(indices))), lambda pair: pair[1] - pair[0])
+    runs = [[number for _, number in group] for _, group in groups]
+    return ",".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
 
 
 def require_own(folder: Path, sweep: Path) -> None:
@@ -167,15 +276,13 @@ def require_own(folder: Path, sweep: Path) -> None:
         there = read_manifest(folder).sweep
     except FileError as error:
         raise FileError(f"{error.message}; give another folder with -o, or remove this file", error.file) from error
-    other = False
     with suppress(OSError):  # a sweep file is gone
-        other = not there.samefile(sweep)
-    if other:
-        raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
+        if not there.samefile(sweep):
+            raise CaseError(f"holds the sweep of {there}; give another folder with -o, or remove this one", (), folder)
 
 
 def require_no_link(folder: Path) -> None:
-    """Raise FileError if one of the folders in that of a sweep, into which its cases write, is a link."""
+    """Raise FileError if a folder into which the cases of a sweep write is a link."""
     for name in (RESULTS_NAME, BEGINNINGS_NAME):
         if (folder / name).is_symlink():
             message = "is a link, which a sweep does not follow; give another folder with -o, or remove it"
@@ -195,10 +302,24 @@ def require_own_names(folder: Path, own: re.Pattern[str], of_what: str) -> None:
             raise FileError(f"{message}; give another folder with -o, one that is new or empty", folder)
 
 
+class _Stored(BaseModel):
+    """The manifest's file, whose keys have the names of the fields of `Manifest`."""
+
+    format: int
+    sweep: Path
+    title: str
+    case: Path
+    overrides: tuple[str, ...]
+    quantities: tuple[str, ...]
+    threads: Annotated[int, Field(ge=1, le=10**6)]
+    memory: float
+    compiled: bool | None
+    cases: Annotated[tuple[ManifestRow, ...], Field(min_length=1)]
+
+
 def write_manifest(manifest: Manifest) -> None:
     """Write the manifest into its folder, in one step; make the folder if need be. Raises FileError."""
-    names = ("sweep", "title", "case", "overrides", "quantities", "threads", "memory", "compiled")
-    common = {name: getattr(manifest, name) for name in names}
+    common = {name: getattr(manifest, name) for name in _Stored.model_fields if name not in ("format", "cases")}
     cases = [{"result": f"{RESULTS_NAME}/{row.id}.h5", **asdict(row)} for row in manifest.rows]
     values = {"format": FORMAT, **common, "cases": cases}
     path = manifest.folder / MANIFEST_NAME
@@ -213,24 +334,11 @@ def read_manifest(folder: Path) -> Manifest:
     """Read the manifest in `folder`. Raises FileError."""
     path = folder / MANIFEST_NAME
     try:
-        text = read_small_text(path, "the manifest of a sweep")
-        values = _Stored.model_validate_json(text)
-        if values.format != FORMAT:
-            raise FileError(f"has format {values.format}; this fretsolve reads format {FORMAT}", path)
-        if [case.index for case in values.cases] != list(range(len(values.cases))):
+        found = _Stored.model_validate_json(read_small_text(path, "the manifest of a sweep"), strict=True)
+        if found.format != FORMAT:
+            raise FileError(f"has format {found.format}; this fretsolve reads format {FORMAT}", path)
+        if [case.index for case in found.cases] != list(range(len(found.cases))):
             raise ValueError("the cases are not numbered from 0 on")
-        return Manifest(
-            folder,
-            Path(values.sweep),
-            values.title,
-            Path(values.case),
-            values.overrides,
-            values.quantities,
-            values.threads,
-            values.memory,
-            tuple(map(_row, values.cases)),
-            compiled=values.compiled,
-        )
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False)[0]
         place = f"{dotted(first['loc'])}: " if first["loc"] else ""
@@ -240,15 +348,5 @@ def read_manifest(folder: Path) -> Manifest:
         raise FileError(f"cannot be read: {reason_of(error)}; {needed}", path) from None
     except ValueError as error:
         raise FileError(f"not the manifest of a sweep: {error}", path) from error
-
-
-def _row(case: _StoredRow) -> ManifestRow:
-    shared = tuple(Beginning(one.key, one.increments) for one in case.shared)
-    return ManifestRow(case.index, case.id, case.settings, case.seconds, shared, case.beside)
-
-
-def index_list(indices: Sequence[int]) -> str:
-    """Write numbers as ``0-3,7,9-12``, the form of Slurm's --array."""
-    groups = itertools.groupby(enumerate(sorted(set(indices))), lambda pair: pair[1] - pair[0])
-    runs = [[number for _, number in group] for _, group in groups]
-    return ",".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in runs)
+    common = {name: getattr(found, name) for name in _Stored.model_fields if name not in ("format", "cases")}
+    return Manifest(folder, rows=found.cases, **common)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
@@ -31,7 +31,7 @@ UNKNOWN = (math.nan, math.nan)
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class CaseOutcome:
     """The part of a result that a sweep or study collects.
 
     values, errors: of the quantities and their error bars ``(n,)``, NaN where there is none.
@@ -54,107 +54,22 @@ class Outcome:
     without_bars: str = ""
 
 
-class _Source(Protocol):
-    """A part of a result from which values of some quantities are read."""
-
-    def value(self, quantity: StageQuantity) -> tuple[float, float]:
-        """Return a value and its error bar, NaN where there is none."""
-
-    def peak(self, name: str) -> float:
-        """Return the largest absolute value on the path, 0 if it is round-off."""
-
-    def units(self, quantity: StageQuantity) -> str:
-        """Return the unit of its values."""
-
-
 @dataclass(frozen=True, eq=False)
-class _History:
-    """The history. ends: the increments with which stages end; corrected: take corrected values where there are any."""
+class _Column:
+    """One quantity as it stands in a result or a file beside the result.
 
-    result: Result
-    ends: Mapping[int, int]
-    corrected: bool
+    values: with their error bars, by the stage or cycle at whose end they are; peak: the largest absolute value on the
+    path, 0 if it is round-off; units: empty for the usual ones of the quantity.
+    """
 
-    def value(self, quantity: StageQuantity) -> tuple[float, float]:
-        history, step = self.result.history, self.ends.get(quantity.stage, self.result.increments)
-        name = best_column(quantity.name, history) if self.corrected else quantity.name
-        if step >= self.result.increments:
-            return UNKNOWN
-        value, error = (
-            float(history[one][step]) if one in history else math.nan for one in (name, name + ERROR_SUFFIX)
-        )
-        return value, error
-
-    def peak(self, name: str) -> float:
-        as_run = name.removesuffix(CORRECTED_SUFFIX)
-        round_off = {one for pair in PAIRS for one in pair}.difference(relevant_columns(self.result))
-        return 0.0 if as_run in round_off else float(abs(self.result.history[as_run]).max(initial=0.0))
-
-    def units(self, quantity: StageQuantity) -> str:
-        return self.result.units(quantity.name)
-
-
-@dataclass(frozen=True, eq=False)
-class _Cycles:
-    """The table of cycles, None for a result without one. corrected: take corrected values where there are any."""
-
-    table: CycleTable | None
-    corrected: bool
-
-    def value(self, quantity: StageQuantity) -> tuple[float, float]:
-        place = -1 if quantity.stage == LAST_STAGE else quantity.stage - 1
-        if self.table is None or place >= len(self.table):
-            return UNKNOWN
-        name = quantity.name + CORRECTED_SUFFIX
-        name = name if self.corrected and name in self.table.columns else quantity.name
-        found = [self.table.columns.get(one) for one in (name, name + ERROR_SUFFIX)]
-        value, error = (math.nan if column is None else float(column[place]) for column in found)
-        return value, error
-
-    def peak(self, name: str) -> float:
-        as_run = name.removesuffix(CORRECTED_SUFFIX)
-        return 0.0 if self.table is None else float(np.nan_to_num(abs(self.table.columns[as_run])).max())
-
-    def units(self, quantity: StageQuantity) -> str:
-        return quantity.units if self.table is None else self.table.units[quantity.name.removesuffix(CORRECTED_SUFFIX)]
-
-
-@dataclass(frozen=True, eq=False)
-class _Stresses:
-    """The largest stresses beside a result, with their errors, by name and increment."""
-
-    peaks: Mapping[str, Mapping[int, tuple[float, float]]]
-    ends: Mapping[int, int]
-
-    def value(self, quantity: StageQuantity) -> tuple[float, float]:
-        return self.peaks[quantity.name].get(self.ends.get(quantity.stage, -1), UNKNOWN)
-
-    def peak(self, name: str) -> float:
-        return max((value for value, _ in self.peaks[name].values()), default=0.0)
-
-    def units(self, quantity: StageQuantity) -> str:
-        return quantity.units
-
-
-@dataclass(frozen=True, eq=False)
-class _Fatigue:
-    """The largest fatigue parameters beside a result, of its last cycle."""
-
-    worst: Mapping[str, float]
-
-    def value(self, quantity: StageQuantity) -> tuple[float, float]:
-        return self.worst[quantity.name], math.nan
-
-    def peak(self, name: str) -> float:
-        return abs(self.worst[name])
-
-    def units(self, quantity: StageQuantity) -> str:
-        return quantity.units
+    values: Mapping[int, tuple[float, float]]
+    peak: float
+    units: str
 
 
 def read_outcome(
     path: Path, quantities: Sequence[StageQuantity], load_path: LoadPath | None = None, *, corrected: bool = False
-) -> Outcome:
+) -> CaseOutcome:
     """Return the outcome of the result `path`. Raises FileError.
 
     load_path: of the case, whose cycles the result may have left before their last repetition: the last one that was
@@ -162,19 +77,18 @@ def read_outcome(
     corrected: take the values corrected for the number of increments, where there are any.
     """
     with open_result(path) as result:
-        sources = _sources(result, {one.name for one in quantities}, _stage_ends(result, load_path), corrected)
-        pairs = [(one, sources[one.name]) for one in quantities]
-        found = np.array([source.value(one) for one, source in pairs]).reshape(-1, 2)
-        return Outcome(
+        columns = _columns(result, quantities, _stage_ends(result, load_path), corrected)
+        found = np.array([columns[one.name].values.get(one.stage, UNKNOWN) for one in quantities]).reshape(-1, 2)
+        return CaseOutcome(
             found[:, 0],
             found[:, 1],
             result.increments,
             *total_cost(result),
-            np.array([source.peak(one.name) for one, source in pairs]),
+            np.array([columns[one.name].peak for one in quantities]),
             str(result.attributes.get("failure", "")),
             running_condition_of(result),
             int(result.history["stage"][-1]) if result.status == "complete" else 0,
-            {one.name: source.units(one) for one, source in pairs},
+            {one.name: columns[one.name].units or one.units for one in quantities},
             why_no_bars(result.history),
         )
 
@@ -199,20 +113,62 @@ def _stage_ends(result: Result, load_path: LoadPath | None) -> dict[int, int]:
     return ends
 
 
-def _sources(result: Result, names: set[str], ends: Mapping[int, int], corrected: bool) -> dict[str, _Source]:
-    """Return the source of each quantity. Files beside the result are read only where they are needed."""
-    sources: dict[str, _Source] = dict.fromkeys(names, _History(result, ends, corrected))
-    if of_cycles := names.intersection(CYCLE_NAMES):
-        sources |= dict.fromkeys(of_cycles, _Cycles(result.cycles, corrected))
+def _columns(
+    result: Result, quantities: Sequence[StageQuantity], ends: Mapping[int, int], corrected: bool
+) -> dict[str, _Column]:
+    """Return the column of each quantity. Files beside the result are read only where they are needed.
+
+    ends: the increments with which stages end; corrected: take corrected values where there are any.
+    """
+    names, columns = {one.name for one in quantities}, {}
+    for name in names.difference(CYCLE_NAMES, PEAK_NAMES, WORST_NAMES):
+        columns[name] = _of_history(result, name, ends, corrected)
+    for name in names.intersection(CYCLE_NAMES):
+        columns[name] = _of_cycles(result.cycles, name, corrected)
     if of_stresses := names.intersection(PEAK_NAMES):
         from fretsolve.stress.stress_file import read_peaks
 
-        sources |= dict.fromkeys(of_stresses, _Stresses(read_peaks(stress_path(result.path), result), ends))
+        peaks = read_peaks(stress_path(result.path), result)
+        for name in of_stresses:
+            values = {stage: peaks[name].get(step, UNKNOWN) for stage, step in ends.items()}
+            columns[name] = _Column(values, max((value for value, _ in peaks[name].values()), default=0.0), "")
     if of_fatigue := names.intersection(WORST_NAMES):
         from fretsolve.fatigue.fatigue_file import read_worst
 
-        sources |= dict.fromkeys(of_fatigue, _Fatigue(read_worst(fatigue_path(result.path), result)))
-    return sources
+        worst = read_worst(fatigue_path(result.path), result)
+        for name in of_fatigue:  # known of the last cycle alone, whatever the stage
+            columns[name] = _Column({one.stage: (worst[name], math.nan) for one in quantities}, abs(worst[name]), "")
+    return columns
+
+
+def _of_history(result: Result, name: str, ends: Mapping[int, int], corrected: bool) -> _Column:
+    history = result.history
+    column = best_column(name, history) if corrected else name
+    pair = [history.get(one) for one in (column, column + ERROR_SUFFIX)]
+    values = {stage: _at(pair, step) for stage, step in ends.items() if step < result.increments}
+    as_run = name.removesuffix(CORRECTED_SUFFIX)
+    round_off = {one for pair in PAIRS for one in pair}.difference(relevant_columns(result))
+    peak = 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))
+    return _Column(values, peak, result.units(name))
+
+
+def _of_cycles(table: CycleTable | None, name: str, corrected: bool) -> _Column:
+    """Return a column of the table of cycles, None for a result without a table."""
+    if table is None:
+        return _Column({}, 0.0, "")
+    as_run = name.removesuffix(CORRECTED_SUFFIX)
+    column = name + CORRECTED_SUFFIX
+    column = column if corrected and column in table.columns else name
+    pair = [table.columns.get(one) for one in (column, column + ERROR_SUFFIX)]
+    values = {place + 1: _at(pair, place) for place in range(len(table))}
+    values |= {LAST_STAGE: values[len(table)]} if values else {}
+    return _Column(values, float(np.nan_to_num(abs(table.columns[as_run])).max(initial=0.0)), table.units[as_run])
+
+
+def _at(pair: Sequence[DoubleArray | None], place: int) -> tuple[float, float]:
+    """Return the value and the error bar at a place of two columns, NaN for a column that is not there."""
+    value, error = (math.nan if column is None else float(column[place]) for column in pair)
+    return value, error
 
 
 def running_condition_of(result: Result) -> RunningCondition:

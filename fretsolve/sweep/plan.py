@@ -1,28 +1,148 @@
-"""The plan of a sweep: all its cases, checked before anything runs."""
+"""The cases of a sweep or study, and the plan of a sweep: all are checked before anything runs."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import get_args
 
-from fretsolve.case.loading import read_case, validated
-from fretsolve.case.source import CaseSource
-from fretsolve.errors import CaseError, FileError
-from fretsolve.setup.cost_estimate import free_bytes, rounded_bytes
-from fretsolve.setup.kernel_choice import compiling_pays
-from fretsolve.sweep.base_case import FILES_BESIDE, BaseCase, PreparedCase, placed
-from fretsolve.sweep.beginnings import Beginning, beginnings_of, shared
-from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow
-from fretsolve.sweep.points import Point, Value, all_of, common_values, overrides_of, points_of
-from fretsolve.sweep.quantity import CORRECTED_NAMES, ERROR_OF_WEAR, key_beside, read_quantity, usual_quantities
-from fretsolve.sweep.spec import SweepSpec
-from fretsolve.sweep.status import missing
+from fretsolve.case.keys.surface_specs import HeightsSurface
+from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case, validated
+from fretsolve.case.problems import CaseErrors
+from fretsolve.case.source import CaseSource, Override
+from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.result import RunHeader
+from fretsolve.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
+from fretsolve.setup.problem import compiling_pays
+from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.run_to_file import run_header
+from fretsolve.sweep.beginnings import beginnings_of, shared
+from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, SideOutput, digest
+from fretsolve.sweep.quantity import CORRECTED_NAMES, ERROR_OF_WEAR, needed_key, read_quantity, usual_quantities
+from fretsolve.sweep.sweep_file import Point, SweepSpec, Value, all_of, common_values, overrides_of, points_of
+
+SIDE_OUTPUTS: tuple[SideOutput, ...] = get_args(SideOutput)
+
+
+@dataclass(frozen=True)
+class PreparedCase:
+    """A case that can run. settings: the varied keys and their values; id: names its result `out`, equal for equal
+    cases; expected: its estimated cost.
+    """
+
+    settings: Mapping[str, str]
+    setup: ProblemSetup
+    header: RunHeader
+    id: str
+    out: Path
+    expected: Estimate
+
+    @property
+    def beside(self) -> tuple[SideOutput, ...]:
+        """The side outputs that the case asks for."""
+        output = self.setup.case.output
+        return tuple(name for name in SIDE_OUTPUTS if getattr(output, name) is not None)
+
+    def row(self, index: int) -> ManifestRow:
+        """Return the case as number `index` of a sweep or study."""
+        return ManifestRow(index, self.id, self.settings, self.expected.seconds, beside=self.beside)
+
+
+@dataclass(frozen=True)
+class BaseCase:
+    """The base of all cases: the case file, read once, with the common overrides. stages: the keys of its stages.
+
+    overrides: as `--set` takes them; last: overrides that come after the settings of a case; compiled: whether all
+    cases use the compiled kernels, None where each decides.
+    """
+
+    text: CaseText
+    overrides: tuple[str, ...]
+    last: tuple[str, ...]
+    stages: tuple[KeyPath, ...]
+    threads: int
+    compiled: bool | None = False
+
+    @classmethod
+    def of(
+        cls,
+        text: CaseText,
+        overrides: Sequence[str],
+        threads: int = 1,
+        last: Sequence[str] = (),
+        compiled: bool | None = None,
+    ) -> BaseCase:
+        """Return the base case of a case file. Raises CaseError."""
+        text = text.overridden(overrides)
+        stages = tuple(stage.key for stage in text.case().stages())
+        return cls(text, tuple(overrides), tuple(last), stages, threads, compiled)
+
+    def prepare(self, settings: Mapping[str, str], folder: Path) -> PreparedCase:
+        """Set up the case at `settings`, whose result goes to `folder`.
+
+        Raises CaseError if it is not valid, does not fit into memory or has an unusable height map; FileError.
+        """
+        own = [text for item in settings.items() for text in overrides_of(*item, self.stages)] + list(self.last)
+        setup = set_up(self.text.case(own), self.compiled)
+        expected = require_memory(setup)
+        if setup.case.output.fatigue is not None:
+            from fretsolve.fatigue.request import require_fatigue
+
+            require_fatigue(setup)
+        if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
+            setup.separation()  # reads the height maps
+        header = run_header(setup, self.threads, (*self.overrides, *own))
+        name = digest(header.attributes("running"))
+        return PreparedCase(settings, setup, header, name, folder / f"{name}.h5", expected)
+
+    def prepare_all(self, points: Iterable[Point], folder: Path) -> Iterator[PreparedCase]:
+        """Yield the case at each of `points` as if it were run. At the end, raises CaseError for all that are wrong."""
+        problems: dict[str, CaseError] = {}
+        checked: set[tuple[str, ...]] = set()
+        for point in points:
+            values = [(text, value) for value in point for text in overrides_of(value.name, value.text, self.stages)]
+            names = tuple(value.name for value in point)
+            if names not in checked:
+                checked.add(names)
+                self._require_different_keys(values)
+            try:
+                yield self.prepare({value.name: value.text for value in point}, folder)
+            except CaseError as error:
+                problems |= {str(problem): problem for problem in placed(error, dict(values), self.text)}
+        if problems:
+            raise all_of(problems.values())
+
+    def _require_different_keys(self, values: Sequence[tuple[str, Value]]) -> None:
+        """Raise CaseError if a key has two values; the value of one stage may follow the value of every stage."""
+        origin, seen = dict(values), dict[KeyPath, str]()
+        overridden = self.text.overridden([text for text, _ in values])
+        for override in overridden.source.overrides[len(self.text.source.overrides) :]:
+            value = origin[override.text]
+            first = seen.get(override.key)
+            if first == value.name:
+                raise value.problem("the key is varied twice; give all of its values at once")
+            if first is not None and not first.startswith(EVERY_STAGE):
+                raise value.problem(f"{first} and {value.name} are the same key; keep one of the two")
+            seen[override.key] = value.name
+
+
+def placed(error: CaseError, values: Mapping[str, Value], text: CaseText) -> Iterator[CaseError]:
+    """Yield each problem in `error` at the value that causes it, if one does. values: by overrides of `text`."""
+    of_origin = {Override((), override).origin: value for override, value in values.items()}
+    source = text.overridden(list(values)).source
+    keys = {override.origin: source.typed(override.key) for override in source.overrides}
+    for problem in error.problems if isinstance(error, CaseErrors) else [error]:
+        origin = str(problem.file)
+        own = keys.get(origin, problem.key)
+        inside = problem.key[len(own) if problem.key[: len(own)] == own else 0 :]
+        yield of_origin[origin].problem(problem.message, inside) if origin in of_origin else problem
 
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """A checked sweep. warnings: those of all its cases, each once."""
+    """A checked sweep. warnings: of all its cases, each once."""
 
     manifest: Manifest
     spec: SweepSpec
@@ -34,29 +154,28 @@ class SweepPlan:
 class _Survey:
     """The needs of a sweep's cases, gathered one by one, since their setups take too much memory to be kept.
 
-    file_bytes, seconds_saved (by compiling), beginnings: by the name of the case; warnings: each once; usual: the
-    quantities of the first case; stages: the fewest of a case; memory: the largest (bytes); have_bars: whether all have
-    error bars; beside: what all have beside their history.
+    file_bytes, seconds_saved (by compiling): by the name of the case; warnings: each once; usual: the quantities of the
+    first case; stages: the fewest of a case; memory: the largest (bytes); have_bars: whether all have error bars;
+    beside: what all have beside their history.
     """
 
     rows: list[ManifestRow] = field(default_factory=list)
     file_bytes: dict[str, float] = field(default_factory=dict)
     seconds_saved: dict[str, float] = field(default_factory=dict)
-    beginnings: dict[str, tuple[Beginning, ...]] = field(default_factory=dict)
     warnings: dict[str, None] = field(default_factory=dict)
     usual: tuple[str, ...] = ()
     stages: int = sys.maxsize
     memory: float = 0.0
     have_bars: bool = True
-    beside: set[str] = field(default_factory=lambda: {*FILES_BESIDE, "wear"})
+    beside: set[str] = field(default_factory=lambda: {*SIDE_OUTPUTS, "wear"})
 
     def add(self, prepared: PreparedCase) -> None:
         """Gather what the next case has."""
         setup, expected = prepared.setup, prepared.expected
-        self.rows.append(prepared.row(len(self.rows)))
+        beginnings = beginnings_of(setup, prepared.header, expected.seconds)
+        self.rows.append(replace(prepared.row(len(self.rows)), shared=beginnings))
         self.file_bytes[prepared.id] = expected.file
         self.seconds_saved[prepared.id] = setup.seconds_saved
-        self.beginnings[prepared.id] = beginnings_of(setup, prepared.header, expected.seconds)
         self.warnings |= dict.fromkeys(setup.model.warnings)
         last = len(setup.load_path.last_steps)
         if not self.usual:
@@ -65,11 +184,6 @@ class _Survey:
         self.stages, self.memory = min(self.stages, last), max(self.memory, expected.memory)
         self.have_bars &= setup.case.solver.error_bars
         self.beside &= {*prepared.beside, *(["wear"] if setup.case.wear is not None else [])}
-
-    def rows_with_beginnings(self) -> tuple[ManifestRow, ...]:
-        """Return the rows with the beginnings that several cases share."""
-        found = shared(self.beginnings)
-        return tuple(replace(row, shared=found[row.id]) for row in self.rows)
 
 
 def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
@@ -86,6 +200,7 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
     for prepared in base.prepare_all(points, folder / RESULTS_NAME):
         survey.add(prepared)
     _require_quantities(spec, text.source, survey)
+    several = shared({row.id: row.shared for row in survey.rows})
     manifest = Manifest(
         folder.absolute(),
         path.absolute(),
@@ -95,11 +210,11 @@ def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:
         spec.quantities or survey.usual,
         spec.threads,
         survey.memory,
-        survey.rows_with_beginnings(),
+        tuple(replace(row, shared=several[row.id]) for row in survey.rows),
         compiled=compiling_pays(sum(survey.seconds_saved.values())),
     )
     warnings, free = tuple(survey.warnings), free_bytes(manifest.folder)
-    left = sum(survey.file_bytes.values()) * len(missing(manifest)) / len(manifest.unique)
+    left = sum(survey.file_bytes.values()) * len(manifest.missing()) / len(manifest.unique)
     if free is not None and left > free:
         warnings += (
             f"results of about {rounded_bytes(left)} are missing, {rounded_bytes(free)} are free on the disk of"
@@ -132,7 +247,7 @@ def _require_quantities(spec: SweepSpec, source: CaseSource, survey: _Survey) ->
             quantity = read_quantity(text, survey.stages)
         except CaseError as error:
             raise source.problem(error.message, ("quantities", index)) from None
-        if (key := key_beside(quantity.name)) and key.removeprefix("output.") not in survey.beside:
+        if (key := needed_key(quantity.name)) and key.removeprefix("output.") not in survey.beside:
             problem = f"{quantity.name} is known from runs with {key} alone; {key} in the case is needed"
             raise source.problem(problem, ("quantities", index))
         if quantity.name in CORRECTED_NAMES and not survey.have_bars:

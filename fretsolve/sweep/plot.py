@@ -41,16 +41,13 @@ CONDITIONS: dict[str, dict[str, Any]] = {
 AMPLITUDES = {"delta": "displacement amplitude", "phi": "rotation amplitude", "": "load amplitude"}
 """Amplitudes of a cycle in words, by the beginning of the component's name."""
 
-SLIP_CONDITIONS = tuple(CONDITIONS)[:-1]
-"""Those with a region of their own in the map."""
-
 
 def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     """Draw a quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
 
     Over another quantity the lines go along the first varied key. Raises PictureError.
     """
-    x, y = _numbers(table, over), _found(table, quantity)
+    x, y = _column(table, over, axis=True), _column(table, quantity)
     errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
     unit = readable(y.units, y.values)
     along = x if any(x is one for one in table.settings) else table.settings[0]
@@ -58,11 +55,13 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
         text, factor = readable(x.units, x.values)
         x = replace(x, values=factor * x.values, units=text)
     groups = _groups(table, along)
-    with _panel(ax, table, x, _labelled(_in_words(quantity), unit.text)) as (sheet, axes):
+    with _panel(ax, table, x, _label(quantity, unit.text)) as (sheet, axes):
         for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
             order = rows[np.argsort(along.values[rows], kind="stable")] if along.values.dtype != object else rows
             options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
-            bars = unit.factor * _bounded(errors.values[order]) if errors is not None else None
+            bars = None
+            if errors is not None:  # a bar without a bound cannot be drawn
+                bars = unit.factor * np.where(np.isinf(errors.values[order]), np.nan, errors.values[order])
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
         if 1 < len(groups) <= MOST_NAMED:
             sheet.legend(axes.get_legend_handles_labels()[0], 2)
@@ -71,14 +70,9 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     return sheet.figure
 
 
-def _bounded(bars: DoubleArray) -> DoubleArray:
-    """Return error bars with NaN for those without a bound, which cannot be drawn."""
-    return np.where(np.isinf(bars), np.nan, bars)
-
-
 def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None) -> Figure:
     """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError."""
-    x, y, z = _numbers(table, over[0]), _numbers(table, over[1]), _found(table, quantity)
+    x, y, z = _column(table, over[0], axis=True), _column(table, over[1], axis=True), _column(table, quantity)
     known = np.isfinite(z.values)
     _require_places(table, x, y)
     unit = readable(z.units, z.values)
@@ -90,19 +84,19 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
             colored = unit.factor * z.values[known]
             colors = axes.scatter(x.values[known], y.values[known], c=colored, cmap=line_colors(), s=30.0)
         axes.plot(x.values[~known], y.values[~known], linestyle="", marker="x", color="black")
-        sheet.colorbar(axes, colors, _labelled(_in_words(quantity), unit.text))
+        sheet.colorbar(axes, colors, _label(quantity, unit.text))
     return sheet.figure
 
 
 def _require_places(table: Table, x: Column, y: Column) -> None:
-    """Raise PictureError if two cases have the same place."""
+    """Raise PictureError if two cases lie at one place."""
     others = [one.name for one in table.settings if one is not x and one is not y and not _follows(one, x, y)]
     if others and len(set(zip(x.values.tolist(), y.values.tolist(), strict=True))) < len(table.states):
         raise PictureError(f"{', '.join(others)} varies as well, so a point has several values")
 
 
 def independent_keys(table: Table) -> list[str]:
-    """Return the varied keys without those that are tied to one before them."""
+    """Return the varied keys, without keys that are tied to a key before them."""
     found: list[Column] = []
     for column in table.settings:
         if not any(_follows(column, other) for other in found):
@@ -115,7 +109,7 @@ def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) 
 
     Where the table has the energy ratios of cycles, their contours are drawn. Raises PictureError.
     """
-    x, y = _numbers(table, over[0]), _numbers(table, over[1])
+    x, y = _column(table, over[0], axis=True), _column(table, over[1], axis=True)
     cases = zip(table.outcomes, table.states, strict=True)
     found = np.array([one.running_condition or "no solution" if state.has_result else "" for one, state in cases])
     if not (found != "").any():
@@ -137,7 +131,7 @@ def running_condition_map(table: Table, over: Sequence[str], ax: Target = None) 
 
 def _draw_regions(axes: Axes, x: Column, y: Column, found: NDArray[np.str_]) -> None:
     """Colour the regions of the running conditions, with borders half-way between points, if these fill a grid."""
-    there = [name for name in SLIP_CONDITIONS if name in found]  # neighbours have one border between them
+    there = [name for name in CONDITIONS if name in found and name != "no solution"]  # neighbours have one border
     numbers = {name: float(number) for number, name in enumerate(there)}
     grid = _on_grid(x, y, np.array([numbers.get(name, np.nan) for name in found]))
     if grid is None:
@@ -183,8 +177,8 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
     """
     with canvas(ax, 1, (3.7, 2.9)) as sheet:
         axes = sheet.axes[0]
-        ylabel = y if isinstance(y, str) else _axis_label(y)
-        axes.set(xlabel=_axis_label(x), ylabel="\n".join(textwrap.wrap(ylabel, Y_LETTERS)))
+        ylabel = y if isinstance(y, str) else _label(y.name, y.units)
+        axes.set(xlabel=_label(x.name, x.units), ylabel="\n".join(textwrap.wrap(ylabel, Y_LETTERS)))
         for column, set_scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
             values = np.unique(column.values) if isinstance(column, Column) else np.empty(0)
             if len(values) > 2 and values[0] > 0.0:
@@ -203,7 +197,7 @@ def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
     others = [column for column in table.settings if column is not over and not _follows(column, over)]
     if len(others) == 1 and others[0].values.dtype != object:
         (other,) = others
-        bar = sheet.colorbar(axes, ScalarMappable(Normalize(0.0, 1.0), line_colors()), _axis_label(other))
+        bar = sheet.colorbar(axes, ScalarMappable(Normalize(0.0, 1.0), line_colors()), _label(other.name, other.units))
         # the lines have colours at equal distances, in the order of the table
         values = list(dict.fromkeys(other.values.tolist()))
         shown = _some(range(len(values)))
@@ -239,51 +233,33 @@ def _short_name(key: str) -> str:
     return symbol(name) if physical_name(name).endswith("$") else name.replace("_", " ")
 
 
-def _axis_label(column: Column) -> str:
+def _label(name: str, units: str) -> str:
     """Return the meaning of a column and its unit."""
-    return _labelled(_in_words(column.name), _printed(column.units))
+    return _in_words(name) if units in ("", "1") else f"{_in_words(name)} ({units.replace('um', 'µm')})"
 
 
-def _printed(units: str) -> str:
-    return units.replace("um", "µm")
-
-
-def _labelled(words: str, unit: str) -> str:
-    return words if unit in ("", "1") else f"{words} ({unit})"
-
-
-def _column(table: Table, name: str) -> Column:
+def _column(table: Table, name: str, *, axis: bool = False) -> Column:
+    """Return a column of numbers; axis: whether it is to be one. Raises PictureError, also if no value is known."""
     columns = {column.name: column for column in (*table.settings, *table.found)}
     if name not in columns:
         raise PictureError(f"{name!r} is not a column of the sweep; it has {', '.join(columns)}")
-    return columns[name]
-
-
-def _found(table: Table, quantity: str) -> Column:
-    return _with_values(_column(table, quantity))
-
-
-def _with_values(column: Column) -> Column:
-    """Return a column of numbers. Raises PictureError if none is known."""
+    column = columns[name]
+    if axis and column.values.dtype == object:
+        raise PictureError(f"the values of {name} are not numbers in one unit, so they cannot be an axis")
     if not np.isfinite(column.values).any():
-        raise PictureError(f"no case has a value of {column.name}")
+        raise PictureError(f"no case has a value of {name}")
     return column
 
 
-def _numbers(table: Table, name: str) -> Column:
-    column = _column(table, name)
-    if column.values.dtype == object:
-        raise PictureError(f"the values of {name} are not numbers in one unit, so they cannot be an axis")
-    return _with_values(column)
-
-
 def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
-    """Return the rows by the values of all varied keys except one and those tied to it."""
+    """Return the rows by the values of all varied keys, except one key and the keys tied to it."""
     others = [column for column in table.settings if column is not along and not _follows(column, along)]
 
     def text(column: Column, row: int) -> str:
         value = column.values[row]
-        shown = str(value) if column.values.dtype == object else f"{value:.6g} {_printed(column.units)}".rstrip()
+        shown = (
+            str(value) if column.values.dtype == object else f"{value:.6g} {column.units.replace('um', 'µm')}".rstrip()
+        )
         return f"{_short_name(column.name)} {shown}"
 
     names = [", ".join(text(column, row) for column in others) for row in range(len(table.states))]

@@ -88,7 +88,7 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
 def read_quantities(text: str, judged: Sequence[int], stages: int) -> tuple[StageQuantity, ...]:
     """Read ``NAME@STAGE``, or ``NAME`` for the ends of all `judged` ones of `stages`. Raises CaseError.
 
-    A column of the table of cycles, or of fatigue, has one value: that of the last cycle.
+    A column of the table of cycles, or of fatigue, has one value, which the last cycle gives.
     """
     one = read_quantity(text, stages)
     if "@" in text or one.name in CYCLE_NAMES or one.name in WORST_NAMES:
@@ -107,7 +107,7 @@ def _right_name(name: str) -> str:
     return nearest(name, (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES)))
 
 
-def key_beside(name: str) -> str:
+def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
     keys = ((PEAK_NAMES, "output.stress"), (WORST_NAMES, "output.fatigue"), (WEAR_NAMES, "wear"))
     return next((key for names, key in keys if name in names), "")
@@ -116,7 +116,7 @@ def key_beside(name: str) -> str:
 def usual_quantities(setup: ProblemSetup, stages: Sequence[int] = ()) -> tuple[StageQuantity, ...]:
     """Return the responses to the load path and what the case expects, without what is imposed.
 
-    stages: at whose ends the responses are, by default at that of the last one.
+    stages: at whose ends the responses are, by default the last stage.
     """
     ends = stages or [len(setup.load_path.last_steps)]
     found = [StageQuantity(name, stage) for name in _moved(setup) for stage in ends] + list(expected_values(setup))

@@ -21,10 +21,9 @@ from fretsolve.case.quantities import QuantityError, split_quantity, to_internal
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.layout import described
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.outcome import Outcome, read_outcome
+from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow, states
+from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import LAST_STAGE, read_quantity
-from fretsolve.sweep.status import CaseState, states
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
 from fretsolve.system.foreign_files import open_hdf5, require_regular
@@ -32,9 +31,10 @@ from fretsolve.system.foreign_files import open_hdf5, require_regular
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that a spreadsheet takes for a formula."""
 
-
 _FIRST_COLUMNS = b"index,id,status,"
 """Beginning of a sweep's table as CSV."""
+
+NOT_OWN = "is not {}, so it is not replaced: move it away, or give another {} with -o"
 
 
 def _is_quantity(text: str) -> bool:
@@ -123,7 +123,7 @@ def write_table_hdf5(
 
 
 def write_table_parquet(path: Path, columns: Iterable[Column], *, exclusive: bool = False) -> None:
-    """Write the same as the CSV file, with types. Raises CaseError without pyarrow, FileError."""
+    """Write the columns of the CSV file, with types. Raises CaseError without pyarrow, FileError."""
     try:
         import pyarrow
         import pyarrow.parquet
@@ -142,7 +142,7 @@ class Table:
 
     manifest: Manifest
     states: tuple[CaseState, ...]
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseOutcome, ...]
     settings: tuple[Column, ...]
     found: tuple[Column, ...]
     errors: tuple[Column, ...]
@@ -155,9 +155,9 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
     """
     wanted = {text: read_quantity(text) for text in quantities or manifest.quantities}
     nothing = np.full(len(wanted), np.nan)
-    known: dict[str, Outcome] = {}
+    known: dict[str, CaseOutcome] = {}
     found: list[CaseState] = []
-    outcomes: list[Outcome] = []
+    outcomes: list[CaseOutcome] = []
     for state in states(manifest):
         if state.has_result and state.row.id not in known:
             try:
@@ -165,7 +165,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
             except FileError as error:
                 state = CaseState(state.row, "error", error.exit_code, str(error))
         found.append(state)
-        outcomes.append(known.get(state.row.id) or Outcome(nothing, nothing, state.increments))
+        outcomes.append(known.get(state.row.id) or CaseOutcome(nothing, nothing, state.increments))
     stages = max((outcome.stages for outcome in outcomes), default=0)
     for one in wanted.values():
         if one.name not in CYCLE_NAMES and stages and stages < one.stage < LAST_STAGE:
@@ -185,7 +185,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
 
 
 def setting_column(key: str, rows: Sequence[ManifestRow]) -> Column:
-    """Return the values of a key: numbers if all are numbers in the same unit, else texts, empty for none."""
+    """Return the values of a key: numbers if all are numbers in one unit, else texts, empty for none."""
     texts = [row.settings.get(key, "") for row in rows]
     with suppress(QuantityError):
         numbers, units = zip(*map(split_quantity, texts), strict=True)
@@ -215,20 +215,27 @@ def writer_of(path: Path, *, fields: bool, exclusive: bool) -> Callable[[Table],
 def require_tables(paths: Iterable[Path]) -> None:
     """Raise FileError if one of `paths`, tables of a sweep, exists and is none."""
     for path in paths:
-        if os.path.lexists(path) and not _is_table(path):
-            message = "is not the table of a sweep, so it is not replaced: move it away, or give another name with -o"
-            raise FileError(message, path)
+        if path.suffix != ".csv":
+            require_own_hdf5(path, ("case/index", "case/id", "case/status"), "the table of a sweep", "name")
+        elif os.path.lexists(path):
+            own = False
+            with suppress(OSError, FileError):
+                require_regular(path)
+                with path.open("rb") as file:
+                    own = file.read(len(_FIRST_COLUMNS)) == _FIRST_COLUMNS
+            if not own:
+                raise FileError(NOT_OWN.format("the table of a sweep", "name"), path)
 
 
-def _is_table(path: Path) -> bool:
+def require_own_hdf5(path: Path, names: Iterable[str], what: str, other: str) -> None:
+    """Raise FileError if a file is there without the members `names` that `what` has; other: what to give instead."""
+    own = not os.path.lexists(path)
     with suppress(OSError, FileError):
-        if path.suffix == ".csv":
-            require_regular(path)
-            with path.open("rb") as file:
-                return file.read(len(_FIRST_COLUMNS)) == _FIRST_COLUMNS
-        with open_hdf5(path) as file:
-            return all(name in file for name in ("case/index", "case/id", "case/status"))
-    return False
+        if not own:
+            with open_hdf5(path) as file:
+                own = all(name in file for name in names)
+    if not own:
+        raise FileError(NOT_OWN.format(what, other), path)
 
 
 def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool, exclusive: bool) -> None:

@@ -128,16 +128,16 @@ def _name_new(temporary: Path, target: Path) -> None:
 
 
 @contextmanager
-def new_hdf5(
-    target: Path, folder: Path | None = None, *, exclusive: bool = False, beginning: bytes = b""
-) -> Iterator[Any]:
-    """Open a new `h5py.File` as `new_file` does; beginning: an HDF5 file to begin with. Raises OSError."""
+def new_hdf5(target: Path, folder: Path | None = None, *, exclusive: bool = False) -> Iterator[Any]:
+    """Open a new `h5py.File` as `new_file` does. Raises OSError.
+
+    Without a cache chunks lie in the order in which they are written, so that equal runs give equal files.
+    """
     import h5py
 
     with new_file(target, folder, exclusive=exclusive) as raw:
         try:
-            raw.write(beginning)
-            with h5py.File(raw, "r+" if beginning else "w", libver=HDF5_VERSIONS) as file:
+            with h5py.File(raw, "w", libver=HDF5_VERSIONS, rdcc_nbytes=0) as file:
                 yield file
         except Exception:
             raw.check()  # whatever HDF5 reports after a failed write, that write is the cause
@@ -170,20 +170,24 @@ def add_folder(folder: Path, *, durable: bool = True) -> None:
             sync_folder(folder.parent)
 
 
-def remove(*files: Path) -> None:
-    """Remove the files of one folder that exist, in order. Raises OSError."""
+def remove(*files: Path, durable: bool = True) -> None:
+    """Remove the files of one folder that exist, in order; durable: wait until they are gone on the disk.
+
+    Raises OSError.
+    """
     removed = False
     for file in files:
         with suppress(FileNotFoundError):
             os.unlink(file)
             removed = True
-    if removed:
+    if removed and durable:
         sync_folder(files[0].parent)
 
 
 def rename(file: Path, target: Path) -> None:
-    """Give a file a new name in its folder. Raises OSError, also if another file has that name."""
+    """Give a file a new name on the same file system. Raises OSError, also if another file has that name."""
     _name_new(file, target)
+    sync_folder(target.parent)
     sync_folder(file.parent)
 
 

@@ -18,15 +18,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator
+from fretsolve.elastic.preconditioner import Preconditioner
 from fretsolve.errors import NotConvergedError
 from fretsolve.increment.grid_hierarchy import GridLevel
+from fretsolve.kernels import GridKernels
 from fretsolve.model.load_control import LoadControl
 from fretsolve.solvers.normal import NormalSolver
-from fretsolve.system.arrays import DoubleArray, Vector
-from fretsolve.wear.compliant_operator import CompliantOperator
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 SHARE = 1.0 - 1.0 / math.sqrt(2.0)
 """Share g of the jump that each of the stages takes implicitly."""
@@ -102,3 +105,36 @@ def _in_parts(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray
         pressure = pressed(problem.separation + depth, first)
         depth += SHARE / parts * compliance * pressure
     return depth
+
+
+class CompliantOperator(ElasticOperator):
+    """Computes uz = (A + D) p with the elastic operator A and a compliance D >= 0 of each cell (mm/MPa), (nx, ny).
+
+    It serves normal problems alone.
+    """
+
+    def __init__(self, elastic: ElasticOperator, compliance: FloatArray):
+        self._elastic, self._compliance = elastic, compliance
+        self.terms, self.dtype = elastic.terms, elastic.dtype
+
+    @cached_property
+    def kernels(self) -> GridKernels:
+        return self._elastic.kernels
+
+    @property
+    def preconditioner(self) -> Preconditioner:
+        return self._elastic.preconditioner
+
+    @cached_property
+    def unit(self) -> float:
+        return self._elastic.unit
+
+    @cached_property
+    def inner(self) -> CompliantOperator:
+        return CompliantOperator(self._elastic.inner, (self._compliance / self.unit).astype(INNER_PRECISION))
+
+    def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
+        """Compute ``uz`` from pressure."""
+        yielded = np.multiply(self._compliance, pressure, dtype=self.dtype)
+        self._elastic.normal(pressure, uz)
+        uz += yielded

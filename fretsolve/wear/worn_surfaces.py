@@ -15,31 +15,31 @@ import numpy as np
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.friction.bound import FrictionBound
-from fretsolve.friction.running_in import cycles_of_little_change
+from fretsolve.friction.weakening import cycles_of_little_change
 from fretsolve.increment.certificate import Solution
 from fretsolve.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
-from fretsolve.increment.working_state import InitialState
+from fretsolve.increment.states import InitialState
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.load_path import Increment, LoadPath
 from fretsolve.result.state import Fields, Summary, WearState, Zone
 from fretsolve.solvers.rigid_modes import TangentialModes
 from fretsolve.system.arrays import DoubleArray, FloatArray
-from fretsolve.wear.jumps import JumpLimits, allowed_error, next_jump
-from fretsolve.wear.law import WearLaw
+from fretsolve.wear.jumps import (
+    JumpLimits,
+    Progress,
+    SolvedCycle,
+    allowed_error,
+    excess,
+    last_jump,
+    next_jump,
+    require_periodic,
+)
+from fretsolve.wear.law import WearLaw, owed, rate_over_jump, rates_of
 from fretsolve.wear.profile import ProfileProblem, wear_over_jump
-from fretsolve.wear.progress import Progress, SolvedCycle
-from fretsolve.wear.rates import owed, rate_over_jump, rates_of
-from fretsolve.wear.settling import excess, last_jump, require_periodic
 
 PROFILE_SHARE = 0.2
-"""Part of the tolerance that the error may have which the change of the pressure over a jump causes. No cycle is solved
-for it, only normal problems, so it may be small; in gross slip `wear_error` is 0.28 % with it, 0.20 % with half of it
-and 0.38 % with twice as much, at a tolerance of 1 %."""
-
-ERROR_SHARE = 1.0
-"""Error of a jump over what it takes too little against the mean of the rates at its two ends. This is made good in the
-next jump, which leaves a sixth of it where the rate is smooth (Milne's estimate), but more where the contact grows."""
+"""Part of the tolerance that the error by the change of the pressure over a jump may have: no cycle is solved for it,
+only normal problems. In gross slip `wear_error` is 0.28 % with it, 0.20 % with half of it, at a tolerance of 1 %."""
 
 LEAST_FORCE = 1e-6
 """P over that before the first cycle below which the surfaces have worn apart: what is left is near to rounding."""
@@ -57,15 +57,6 @@ class _Jump:
     energy: FloatArray
     path: FloatArray
     error: float
-
-
-@dataclass(frozen=True)
-class _Begun:
-    """An increment that is being solved, with the fields and the history before it."""
-
-    increment: Increment
-    before: Fields
-    progress: Progress
 
 
 class WornSurfaces:
@@ -86,7 +77,7 @@ class WornSurfaces:
         self._law, self._friction, self._solver, self._separation = law, friction, solver, separation
         self._unworn, none = separation.copy(), np.zeros(separation.shape)
         self._modes = TangentialModes(solver.grid)
-        self._begun: _Begun | None = None
+        self._progress: Progress | None = None
         self._jump: _Jump | None = None
         self.state = WearState(none, none, none, none, none, none) if state is None else state
         np.add(self._unworn, self.state.profile, out=separation)
@@ -99,7 +90,7 @@ class WornSurfaces:
         fields, history: before the increment. Raises NoSolutionError.
         """
         cycle, self._jump, progress = increment.stage.cycle, None, Progress(path, history)
-        self._begun = _Begun(increment, fields, progress)
+        self._progress = progress
         if cycle is not None and increment.step == progress.path.steps_of(cycle.cycle, cycle.turn)[0]:
             _require_contact(cycle, increment.normal, progress)
             self.state = replace(self.state, mark=self.state.depth, path=np.zeros(self._separation.shape))
@@ -120,7 +111,7 @@ class WornSurfaces:
         """Change the profile by the wear of the cycles that the last one stands for."""
         state, pressure = self.state, fields.pressure.astype(np.float64)
         # 1. wear of the cycle, and how many it stands for
-        rates = rates_of(self._law, start.friction or FrictionBound(self._solver.model.friction), pressure, state)
+        rates = rates_of(self._law, start.friction, pressure, state)
         cycles, path = progress.solved(cycle), np.where(pressure > 0.0, state.path, 0.0)
         dissipated, done = (state.depth - state.mark) * rates.energy, progress.history[-1].cycles
         steady = cycles_of_little_change(self._friction, done, fields, dissipated, path)
@@ -182,7 +173,7 @@ class WornSurfaces:
         if jumps.jump != 1.0 and not self._solver.model.friction_evolves:
             require_periodic(cycles, jumps.tolerance)
         deepest = float((self.state.depth - self.state.mark).max())
-        allowed = allowed_error(jumps.tolerance, progress.worn(cycle), cycles[-1].volume, left)
+        allowed = allowed_error(jumps.tolerance, *progress.worn(cycle), cycles[-1].volume, left)
         scale = self._scale(pressure) if last_jump(cycles) is None else math.inf  # which only the first jump needs
         return next_jump(cycles, jumps, JumpLimits(deepest, scale, left, steady), allowed)
 
@@ -196,21 +187,28 @@ class WornSurfaces:
         self._solver.level.operator.normal(pressure, uz)
         return float(uz.max())
 
-    def count(self, summary: Summary, fields: Fields, solution: Solution, mean_pressure: FloatArray) -> Summary:
+    def count(
+        self,
+        summary: Summary,
+        increment: Increment,
+        before: Fields,
+        fields: Fields,
+        solution: Solution,
+        mean_pressure: FloatArray,
+    ) -> Summary:
         """Count the wear of the increment that has begun, and return its row of the history with it.
 
-        fields: at its end, of its own `solution`; mean_pressure: over it.
+        before, fields: at its start and end; fields: of its own `solution`; mean_pressure: over it.
         """
-        begun, self._begun = self._begun, None  # so that the fields before it are freed
-        assert begun is not None
-        jump, before, area = self._jump, begun.before, self._solver.grid.cell_area
+        progress, jump, area = self._progress, self._jump, self._solver.grid.cell_area
+        assert progress is not None
         energy = fields.work_density - before.work_density
         # the slip of a sticking cell is the certificate's residual, which a jump would multiply
         slips = (fields.zone == Zone.SLIP) | (energy > 0.0)
         slip = np.where(slips, fields.slip_path - before.slip_path, 0.0)
         depth = self.state.depth + self._law.depth(energy, slip, mean_pressure)
         self.state = replace(self.state, depth=depth, path=self.state.path + self._way(before, fields, solution, slip))
-        history = begun.progress.history
+        history = progress.history
         last = history[-1] if history else replace(summary, cycles=0.0, wear_error=0.0)
         summary = replace(
             summary,
@@ -227,7 +225,7 @@ class WornSurfaces:
                 wear_error=last.wear_error + jump.error,
                 work_total=summary.work_total + float(jump.energy.sum()) * area,
             )
-        return self._at_the_end_of_a_cycle(summary, begun, solution)
+        return self._at_the_end_of_a_cycle(summary, increment, progress, solution)
 
     def _way(self, before: Fields, fields: Fields, solution: Solution, slip: FloatArray) -> DoubleArray:
         """Return the way of the surfaces past each other in an increment (mm): the `slip` of cells that touch."""
@@ -237,9 +235,10 @@ class WornSurfaces:
         touching = (before.pressure > 0.0) & (fields.pressure > 0.0)
         return np.where(touching, slip, np.hypot(way[0], way[1]))
 
-    def _at_the_end_of_a_cycle(self, summary: Summary, begun: _Begun, solution: Solution) -> Summary:
+    def _at_the_end_of_a_cycle(
+        self, summary: Summary, increment: Increment, progress: Progress, solution: Solution
+    ) -> Summary:
         """Return the row of an increment with the cycle that ends with it, and with the error of the jump before it."""
-        increment, progress = begun.increment, begun.progress
         cycle = increment.stage.cycle
         if cycle is None or increment.step != progress.path.steps_of(cycle.cycle, cycle.turn)[1]:
             return summary
@@ -250,10 +249,9 @@ class WornSurfaces:
         if last <= 1.0:
             return summary
         pressure = solution.pressure
-        bound = solution.friction or FrictionBound(self._solver.model.friction)
-        rate = rates_of(self._law, bound, pressure, self.state).rate
+        rate = rates_of(self._law, solution.friction, pressure, self.state).rate
         missing = float(np.abs(owed(rate, last, self.state) * pressure).sum()) * self._solver.grid.cell_area
-        return replace(summary, wear_error=summary.wear_error + ERROR_SHARE * missing)
+        return replace(summary, wear_error=summary.wear_error + missing)
 
     def fields(self, fields: Fields, stored: Sequence[str]) -> Fields:
         """Return the fields of an increment with what the cycles have done that were not solved, and with the worn

@@ -56,7 +56,17 @@ def test_output_agrees_up_to_numbers_and_what_is_left_out(shown: str, printed: s
     assert agree(shown.splitlines(), printed.splitlines()) is same
 
 
-@pytest.mark.parametrize("page", pages("howto"), ids=lambda page: page.stem)
+LONG = {"crack_initiation", "sweeps"}
+"""Pages whose commands take many seconds."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.stem, marks=[pytest.mark.slow] if page.stem in LONG else [])
+        for page in pages("howto")
+    ],
+)
 def test_commands_and_code_do_what_the_page_says(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder, programs = tmp_path / "page", tmp_path / "bin"
     shutil.copytree(ROOT / "cases", folder / "cases", ignore=shutil.ignore_patterns("*.h5", "*.parts"))
@@ -153,14 +163,14 @@ def test_reference_has_every_key_and_dataset() -> None:
     assert {"bodies", "young_modulus", "radius_x", "phi_z", "times", "tolerance"} <= keys
     case_page = (DOCS / "reference/case.md").read_text(encoding="utf-8")
     surfaces = {key for key in keys if f"\n## Surface: {key}\n" in case_page}
-    assert not [key for key in keys - surfaces - {"cycle"} if f"\n| `{key}` | " not in case_page]
+    assert not [key for key in keys - surfaces - {"cycle"} if f"\n- `{key}` (" not in case_page]
     assert "None" not in case_page
     result_page = (DOCS / "reference/result.md").read_text(encoding="utf-8")
     names = [
         quantity.name for quantity in (*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *FIELDS, *DERIVED_FIELDS)
     ]
-    assert not [name for name in names if f"\n| `{name}` | " not in result_page]
-    shared = dict(re.findall(r"\n\| `NAME(\w+)` \|(.*)", result_page))
+    assert not [name for name in names if not re.search(rf"\n- `{name}`( \(.+\))?: ", result_page)]
+    shared = dict(re.findall(r"\n- `NAME(\w+)`: (.*)", result_page))
     for quantity in ERRORS:
         name, ending = re.fullmatch(r"(\w+?)(_corrected_error|_corrected|_error|)", quantity.name).groups()
         assert f"`{name}`" in (shared[ending] if ending else result_page)
@@ -174,6 +184,6 @@ def test_stale_reference_is_written_again(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(generated, "PAGES", tmp_path)
     text = generated.stale_pages()[page]
     assert text.startswith("# Result\n") and text.endswith("\nrest\n")
-    assert "\n| `pressure` | MPa | " in text and "old" not in text
+    assert "\n- `pressure` (MPa): " in text and "old" not in text
     page.write_text(text)
     assert not generated.stale_pages()

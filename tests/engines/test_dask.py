@@ -52,19 +52,12 @@ def wait_for_results(folder: Path, count: int, process: subprocess.Popen[str]) -
     wait_for(lambda: len(list((folder / "results").glob("*.h5"))) >= count, process)
 
 
-def test_signal_then_killed_worker(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
+def test_killed_worker(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
     address, (victim, _) = cluster
     path = write_sweep(tmp_path, SWEEP, SWEPT.replace("increments: 2", "increments: 30"))
     folder = tmp_path / "sweep.sweep"
-    line = ("sweep", "run", path, "--on", f"dask:{address}")
-    with start(*line) as process:
+    with start("sweep", "run", path, "--on", f"dask:{address}") as process:
         wait_for_results(folder, 1, process)
-        process.send_signal(signal.SIGTERM)
-        _, messages = process.communicate(timeout=PATIENCE)
-    assert process.returncode in (0, 75), messages
-    there = len(list((folder / "results").glob("*.h5")))
-    with start(*line) as process:
-        wait_for_results(folder, min(there + 1, CASES), process)
         os.kill(victim, signal.SIGKILL)
         output, messages = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, messages
@@ -72,13 +65,18 @@ def test_signal_then_killed_worker(cluster: tuple[str, list[int]], tmp_path: Pat
     assert assert_as_serial(folder, tmp_path / "case.yaml") == CASES
 
 
-def test_tasks_end_with_the_command_that_gave_them_out(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_tasks_end_with_the_command_that_gave_them_out(
+    cluster: tuple[str, list[int]], tmp_path: Path, number: signal.Signals
+) -> None:
     path = write_sweep(tmp_path, SWEEP, SWEPT.replace("increments: 2", "increments: 100"))
     folder = tmp_path / "sweep.sweep"
     with start("sweep", "run", path, "--on", f"dask:{cluster[0]}") as process:
         wait_for_results(folder, 1, process)
-        process.kill()
-        process.communicate(timeout=PATIENCE)
+        process.send_signal(number)
+        _, messages = process.communicate(timeout=PATIENCE)
+    assert process.returncode == (75 if number == signal.SIGTERM else -number), messages
     wait_for(lambda: not workers(folder))
     assert len(list((folder / "results").glob("*.h5"))) < CASES
 

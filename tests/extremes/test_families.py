@@ -23,6 +23,7 @@ def test_ends_as_it_has_to(probe: Probe, tmp_path: Path) -> None:
     assert judge(probe, tmp_path).problem == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 def test_in_single_precision(family: Family, tmp_path: Path) -> None:
     """The first and the last of the quick ones: certified to 1e-5, or refused with the precision named."""

@@ -230,12 +230,12 @@ def test_an_interrupt_that_a_library_turns_into_an_error(tmp_path: Path) -> None
     assert finish("show", Path(__file__), env=own) == (-signal.SIGINT, "", "")
 
 
-@pytest.mark.parametrize("place", ["fretsolve.cli.options.tolerant_streams", "fretsolve.cli.options.sys.exit"])
+@pytest.mark.parametrize("place", ["tolerant_streams", "sys.exit"])
 def test_an_interrupt_before_and_after_the_command(place: str) -> None:
     code = (
-        "import os, signal, sys; import fretsolve.__main__, fretsolve.cli.options\n"
+        "import os, signal, sys; import fretsolve.__main__, fretsolve.cli.command_line\n"
         f"def interrupt(*_): os.kill(os.getpid(), signal.SIGINT)\n"
-        f"{place} = interrupt\n"
+        f"fretsolve.cli.command_line.{place} = interrupt\n"
         "sys.argv = ['fretsolve', '--version']; fretsolve.__main__.start()"
     )
     done = subprocess.run([sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=False)
@@ -277,7 +277,7 @@ def test_numerics_are_set_up_before_they_are_loaded() -> None:
     assert python(code).split() == ["False", "1"]
 
 
-@pytest.mark.parametrize("kilobytes", [250_000, 300_000, 400_000, 450_000, 500_000])
+@pytest.mark.parametrize("kilobytes", [250_000, 500_000])
 @pytest.mark.parametrize("words", [("run", "-q"), ("check",), ("validate",)])
 def test_too_low_a_limit_of_memory_ends_in_a_line(tmp_path: Path, kilobytes: int, words: tuple[str, ...]) -> None:
     limit = 1024 * kilobytes
@@ -300,7 +300,7 @@ def test_a_grid_beyond_the_limit_of_memory(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]
 
 
-@pytest.mark.parametrize("files", [6, 7, 8, 12])
+@pytest.mark.parametrize("files", [7, 12])
 def test_too_low_a_limit_of_open_files(case: Path, files: int) -> None:
     code, _, messages = finish(
         "run", case, "-q", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))

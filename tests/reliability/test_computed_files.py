@@ -16,7 +16,7 @@ from damage import damaged
 from small_cases import write_case
 
 from fretsolve.commands import run
-from fretsolve.result.layout import HEADER, HEADER_GROUP
+from fretsolve.result.header import HEADER
 
 CASE = """\
 bodies: [{young_modulus: 70 GPa, poisson_ratio: 0.5}, {young_modulus: 70 GPa, poisson_ratio: 0.5}]
@@ -93,9 +93,9 @@ def test_every_damage_is_named_or_without_effect(folder: Path, ending: str) -> N
 def test_a_changed_case_in_the_header_is_found(folder: Path) -> None:
     path = folder / "c.stress.h5"
     with h5py.File(path, "r+") as file:
-        text = file[f"{HEADER_GROUP}/{HEADER.name}"][()].tobytes().replace(b"70000", b"60000", 1)
-        del file[HEADER_GROUP]
-        file[f"{HEADER_GROUP}/{HEADER.name}"] = np.frombuffer(text, np.uint8)
+        text = file[HEADER][()].tobytes().replace(b"70000", b"60000", 1)
+        del file[HEADER]
+        file[HEADER] = np.frombuffer(text, np.uint8)
     for words in readers(folder)[:2]:
         assert "the checksum does not match" in refused(4, *words)
 
@@ -143,9 +143,9 @@ def test_parameters_of_another_shape(folder: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("ending", ENDINGS[1:])
-def test_files_of_earlier_versions_are_to_be_made_again(folder: Path, ending: str) -> None:
+def test_files_without_a_header_are_to_be_made_again(folder: Path, ending: str) -> None:
     with h5py.File(folder / f"c.{ending}", "r+") as file:
-        del file[HEADER_GROUP]
+        del file["header"]
     line = refused(4, "export", folder / f"c.{ending}", "--to", "vtk", "-o", folder / "s.pvd")
     assert "makes it again" in line
     assert invoke("run", folder / "c.yaml", "-q", "--overwrite").exit_code == 0

@@ -131,7 +131,7 @@ _samples: list[Samples] = []
 def begin(folder: Path) -> None:
     own = folder / str(os.getpid())
     own.mkdir()
-    writer.MERGE_EVERY = 3  # so that some parts are merged ones
+    writer.STATES_KEPT = 2
     _samples.append(Samples(own))
 
 

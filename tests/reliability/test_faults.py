@@ -61,8 +61,8 @@ def uninterrupted(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 @pytest.fixture(autouse=True)
-def merge_often(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(writer, "MERGE_EVERY", 2)
+def keep_few_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(writer, "STATES_KEPT", 2)
 
 
 ANOTHER = "another case"

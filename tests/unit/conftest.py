@@ -1,4 +1,4 @@
-"""Results that the tests of pictures share."""
+"""Results that the tests of pictures and of exported files share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import invoke
-from small_cases import DRAWN, write_case
+from small_cases import DRAWN, WORN, write_case
 
 from fretsolve.result import Result, open_result
 
@@ -20,6 +20,14 @@ def result_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         done = invoke("run", write_case(place, text, f"{name}.yaml"), "-q")
         assert done.exit_code == (3 if name == "sliding" else 0), done.stderr
     return place
+
+
+@pytest.fixture(scope="session")
+def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a worn result."""
+    path = write_case(tmp_path_factory.mktemp("worn"), WORN)
+    assert invoke("run", path, "-q").exit_code == 0
+    return path.with_suffix(".h5")
 
 
 @pytest.fixture

@@ -176,7 +176,9 @@ def growing(increments, power=1.0):
     return HERTZ.load * np.linspace(0.0, 1.0, increments + 1)[1:] ** power
 
 
-@pytest.mark.parametrize("friction", [0.05, 0.1, 0.15, 0.2, 0.25])
+@pytest.mark.parametrize(
+    "friction", [0.05, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.1, 0.15, 0.2)), 0.25]
+)
 def test_spence_with_one_way_coupling(friction):
     """Within half a cell; 20 increments of P leave an error of a tenth of a cell."""
     found, _ = one_way_stick_ratios(friction, 64, growing(20))
@@ -184,7 +186,7 @@ def test_spence_with_one_way_coupling(friction):
     assert found == pytest.approx(spence_stick_ratio(friction, 0.1938), abs=0.5 * cell)
 
 
-@pytest.mark.parametrize("friction", [0.08, 0.12, 0.15])
+@pytest.mark.parametrize("friction", [*(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.08, 0.15)), 0.12])
 def test_a_front_that_gains_ground_is_placed_within_cells(friction):
     """To a fourteenth of a cell (a count: a quarter of it), wherever it is in a cell, though it moves by a third of one
     in an increment."""
@@ -195,6 +197,7 @@ def test_a_front_that_gains_ground_is_placed_within_cells(friction):
         assert found == pytest.approx(exact, abs=0.07 * cell / np.cbrt(last))
 
 
+@pytest.mark.slow
 def test_spence_is_approached_with_more_increments():
     """The error is about of first order: a ring of cells slips too far in an increment's step."""
     exact = spence_stick_ratio(0.1, 0.1938)

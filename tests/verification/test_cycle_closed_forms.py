@@ -56,6 +56,7 @@ def test_partial_slip(tmp_path: Path) -> None:
     assert 0.0 < columns["slip_amplitude"] < mindlin.delta_x
 
 
+@pytest.mark.slow
 def test_gross_slip(tmp_path: Path) -> None:
     """Between +-2 um all slips from 2 x 1.1 um on: the energy 4 mu P (D - 4/5 d), where d is the onset."""
     table = cycles(tmp_path / "out.h5", {"amplitude": {"delta_x": 2e-3}, "times": 2, "increments": 40})

@@ -29,7 +29,8 @@ from fretsolve.elastic.line_operator import LineOperator
 from fretsolve.model.grid import LineGrid
 from fretsolve.model.load_control import LoadControl
 from fretsolve.model.required_terms import derive_model
-from fretsolve.reference.line import HertzLine, LinePartialSlip, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.line import HertzLine, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import Zone
 from fretsolve.simulation.zones.edge_shares import ZoneFields
 from fretsolve.simulation.zones.line_edges import line_zones, width
@@ -264,7 +265,9 @@ class TestDissimilar:
         right = line_x({"points": 64, "size": 1.0}) > 0.0
         assert (fields.shear[0, right, 0] <= 0.0).all() and fields.shear[0, right, 0].min() < 0.0
 
-    @pytest.mark.parametrize("friction", [0.10, 0.15, 0.20, 0.25])
+    @pytest.mark.parametrize(
+        "friction", [0.10, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.15, 0.20, 0.25))]
+    )
     def test_one_way(self, friction):
         """Hertz's pressure grows and shears the bodies; the stick ratio is that of the elliptic integrals."""
         coarse, fine = (one_way_stick_ratio(self.HERTZ, friction, *size) for size in ((96, 48), (200, 200)))
@@ -431,7 +434,7 @@ class TestBulkStress:
         assert state.summary.stick_cells <= 2
         assert (np.diff(np.sign(state.fields.shear[0, state.fields.pressure[:, 0] > 0.0, 0])) != 0.0).sum() <= 2
 
-    @pytest.mark.parametrize("points", [2800, 4096])
+    @pytest.mark.parametrize("points", [2800, pytest.param(4096, marks=pytest.mark.slow)])
     @pytest.mark.parametrize(("part", "b"), [(0.3, 300.0), (0.77, 5.0), (0.95, 30.0)])
     def test_large_stress_on_fine_grids(self, points, part, b):
         stage = {"Qx": part * FRICTION * LOAD, "bulk_2": {"xx": b * self.UNIT}, "increments": 1}
@@ -474,6 +477,7 @@ class TestBulkStress:
         found = self.solve(160, (0.6, b, 1), (-0.6, -b, 40), (0.6, b, 40))
         assert found[-1].work_total - found[1].work_total == pytest.approx(energy, rel=1e-4)
 
+    @pytest.mark.slow
     def test_energy_of_a_cycle_at_90_degrees(self):
         """Certified as 8.365e-4 with 0.003e-4. Extrapolated to many increments (second order) it is 8.3621e-4."""
         energies = []
@@ -489,7 +493,9 @@ class TestBulkStress:
         assert extrapolated == pytest.approx(8.365e-4, abs=0.003e-4)
         assert extrapolated == pytest.approx(8.3621e-4, abs=1e-8)
 
-    @pytest.mark.parametrize("stresses", [(70.0, 0.0), (0.0, 70.0), (-40.0, 60.0)])
+    @pytest.mark.parametrize(
+        "stresses", [*(pytest.param(one, marks=pytest.mark.slow) for one in ((70.0, 0.0), (0.0, 70.0))), (-40.0, 60.0)]
+    )
     def test_dissimilar_bodies_agree_with_a_dense_solve(self, stresses):
         """Which takes the influences of a strip as matrices, and pressure and shear in turn until they stay."""
         points, size, steps = 48, 0.28, 3

@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 from command_line import invoke
 
-from fretsolve import run
-from fretsolve.case.line_case import LineCase
 from fretsolve.model.grid import Grid
 from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress.influence import point_influence
+from fretsolve.stress.layers import LayerConvolution
 from fretsolve.stress.stress_file import read_peaks
 
 CERTIFIED = [
@@ -56,16 +54,6 @@ def test_certified_points_with_order_two(point, from_p, from_q):
             assert stress[1] == pytest.approx(NU * (stress[0] + stress[2]), rel=1e-12)  # plane strain
         assert errors[-1] < 5e-5
         assert errors[-1] < errors[0] / 40.0
-
-
-def test_largest_shear_below_a_cylinder():
-    """0.300283 p0 at 0.786151 a."""
-    shear = []
-    for z in (0.736151, 0.786151, 0.836151):
-        xx, _, zz, *_ = at_point(80, (0.0, z), 1.0, 0.0)
-        shear.append(0.5 * abs(xx - zz))
-    assert shear[1] == pytest.approx(0.300283, rel=2e-4)
-    assert shear[1] > max(shear[0], shear[2])
 
 
 def test_full_sliding_on_the_surface():
@@ -114,40 +102,7 @@ def test_a_long_row_of_rectangles_is_a_strip():
                 np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)
 
 
-def test_a_fretting_loop_with_bulk_stress():
-    """Q between +-0.6 mu P with sxx = +-141.944 MPa in the specimen: the range of xx over the last cycle, certified to
-    0.005 MPa, at three points (x, z)/a."""
-    a, cells = 0.1076405, 800
-    certified = {(-1, 0.05): (-479.124, 192.329), (-1, 0.2): (-447.147, 58.525), (-0.6, 0.1): (-587.659, -155.889)}
-    turns = [(18.0, 10), (-18.0, 20), (18.0, 20)]
-    case = LineCase.model_validate(
-        {
-            "plane": "strain",
-            "bodies": [{"young_modulus": 200e3, "poisson_ratio": 0.3}] * 2,
-            "surface": {"cylinder": {"radius": 10.0}},
-            "grid": {"points": cells, "size": 2.4 * a},
-            "friction": 0.3,
-            "load_path": [
-                {"P": 100.0},
-                *({"Qx": q, "bulk_2": {"xx": 141.944 * q / 18.0}, "increments": count} for q, count in turns),
-            ],
-        }
-    )
-    grid = Grid(cells, 1, 2.4 * a / cells, 2.4 * a / cells)
-    influence = {
-        (x, z): point_influence(grid, (x * a, 0.0, z * a), 0.3, 2, ("p", "qx"), plane_strain=True) for x, z in certified
-    }
-    found = {point: [] for point in certified}
-    for state in run(case):
-        if state.summary.stage >= 3:
-            fields = {"p": state.fields.pressure, "qx": state.fields.shear[0]}
-            for point, values in found.items():
-                values.append(influence[point].stress(fields)[0] + state.summary.bulk_2_xx)
-    for point, values in found.items():
-        assert (min(values), max(values)) == pytest.approx(certified[point], abs=0.006)
-
-
-@pytest.mark.parametrize("points", [48, 64, 128])
+@pytest.mark.parametrize("points", [48, 64, pytest.param(128, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_the_largest_tension_of_a_solved_contact_under_bulk_stress(tmp_path, sign, points):
     """At the trailing edge, also where bulk stress compresses it; exact by Hills and Nowell's eccentric stick zone."""

@@ -11,9 +11,8 @@ from solving import DISSIMILAR, build, solve
 from fretsolve import run
 from fretsolve.case.line_case import LineCase
 from fretsolve.errors import SlidingError
-from fretsolve.model.bulk_stress import mismatch_displacement
 from fretsolve.model.load_control import LoadControl
-from fretsolve.model.orthotropy import Orthotropy
+from fretsolve.model.materials import Orthotropy, mismatch_displacement
 from fretsolve.setup.problem_setup import set_up
 
 PAIR = {"coefficient": [0.2, 0.1]}

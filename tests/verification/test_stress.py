@@ -7,7 +7,7 @@ independent evaluation of the exact solution in all digits given. Tractions here
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -18,13 +18,12 @@ from fretsolve.model.grid import Grid
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
-from fretsolve.stress.edge import EXTRAPOLATION, EdgeExtrapolation
-from fretsolve.stress.evaluate import layers
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress.edge import EdgeExtrapolation
+from fretsolve.stress.influence import point_influence
 from fretsolve.stress.invariants import von_mises
+from fretsolve.stress.layers import LayerConvolution
 from fretsolve.stress.peaks import PeakSearch
-from fretsolve.stress.request import stress_request
+from fretsolve.stress.request import layers, stress_request
 from fretsolve.stress.tractions import TractionHistory
 
 POINTS = [
@@ -40,24 +39,28 @@ POINTS = [
     (0.42, 0.4, (0.6, 0, 0.1), (-0.86802, -0.64081, -0.81332, 0, -0.31145, 0), 0.57723),
     (0.42, 0.4, (-1.1, 0.2, 0.05), (0.29787, 0.01017, 0.00284, -0.03675, -0.02316, 0.00236), 0.30102),
 ]
-LARGEST_ON_AXIS = {0.30: (0.48086, 0.62004), 0.42: (0.52088, 0.56653)}
 TENSION_AT_EDGE = {(0.30, 0.0): 0.13333, (0.30, 0.1): 0.30219, (0.30, 0.4): 0.80878, (0.42, 0.4): 0.74763}
 
 
-def sphere(cells, mu, direction=(1.0, 0.0), margin=1.3):
-    """Return a grid with `cells` per radius and mean tractions in its cells."""
-    half = math.ceil(margin * cells)
-    grid = Grid(2 * half, 2 * half, 1.0 / cells, 1.0 / cells)
-    parts = 16
+@cache
+def mean_pressure(cells):
+    """Return the mean pressure in cells, of which the radius has `cells`."""
+    half, parts = math.ceil(1.3 * cells), 16
     fine = ((np.arange(2 * half * parts) + 0.5) / parts - half) / cells
     pressure = np.sqrt(np.maximum(0.0, 1.0 - fine[:, None] ** 2 - fine**2))
-    pressure = pressure.reshape(2 * half, parts, 2 * half, parts).mean(axis=(1, 3))
+    return pressure.reshape(2 * half, parts, 2 * half, parts).mean(axis=(1, 3))
+
+
+def sphere(cells, mu, direction=(1.0, 0.0)):
+    """Return a grid with `cells` per radius and mean tractions in its cells."""
+    pressure = mean_pressure(cells)
+    grid = Grid(*pressure.shape, 1.0 / cells, 1.0 / cells)
     return grid, {"p": pressure, "qx": mu * direction[0] * pressure, "qy": mu * direction[1] * pressure}
 
 
-def at_point(cells, point, nu, mu, body=2, **options):
-    grid, tractions = sphere(cells, mu, **options)
-    return point_influence(grid, point, nu, body).stress(tractions)
+def at_point(cells, point, nu, mu):
+    grid, tractions = sphere(cells, mu)
+    return point_influence(grid, point, nu, 2).stress(tractions)
 
 
 def layer(grid, tractions, depth, nu, body=2):
@@ -68,35 +71,22 @@ def layer(grid, tractions, depth, nu, body=2):
 
 
 @pytest.mark.parametrize(("nu", "mu", "point", "components", "mises"), POINTS)
-def test_certified_points(nu, mu, point, components, mises):
+def test_certified_points_with_order_two(nu, mu, point, components, mises):
     """On 80 cells per radius all agree to 1e-4 of the largest pressure; the values have five digits."""
-    found = at_point(80, point, nu, mu)
-    np.testing.assert_allclose(found, components, rtol=0, atol=1.1e-4)
-    assert von_mises(found[:, None])[0] == pytest.approx(mises, abs=1.1e-4)
-
-
-@pytest.mark.parametrize(("nu", "mu", "point", "components", "mises"), POINTS)
-def test_order_two_below_the_surface(nu, mu, point, components, mises):
-    errors = [np.abs(at_point(cells, point, nu, mu) - components).max() for cells in (10, 20, 40)]
+    found = {cells: at_point(cells, point, nu, mu) for cells in (10, 20, 40, 80)}
+    np.testing.assert_allclose(found[80], components, rtol=0, atol=1.1e-4)
+    assert von_mises(found[80][:, None])[0] == pytest.approx(mises, abs=1.1e-4)
+    errors = [np.abs(found[cells] - components).max() for cells in (10, 20, 40)]
     assert errors[2] < 6.5e-4
     # The error of a point varies a little with its place in a cell, so that of two halvings is judged.
     assert errors[2] < errors[0] / 10.0
-
-
-@pytest.mark.parametrize("nu", LARGEST_ON_AXIS)
-def test_largest_stress_on_the_axis_of_a_pressed_sphere(nu):
-    depth, exact = LARGEST_ON_AXIS[nu]
-    mises = [von_mises(at_point(40, (0, 0, z), nu, 0.0)[:, None])[0] for z in (depth - 0.05, depth, depth + 0.05)]
-    assert mises[1] == pytest.approx(exact, rel=1e-3)
-    assert mises[1] > max(mises[0], mises[2])
 
 
 @pytest.mark.parametrize(("nu", "of_yy"), [(0.3, 3.0e-3), (0.42, 4.2e-3)])
 def test_closed_forms_on_the_surface(nu, of_yy):
     """Hertz and full sliding at r < 0.9 on 40 cells per radius, where errors are largest near the edge.
 
-    Certified there for nu = 0.3: 8.6e-3, 2.6e-3, 3.6e-4, 4.4e-3, 1.4e-4, 0, for another place of the grid; that those
-    found are right for this one says the next test.
+    Certified there for nu = 0.3: 8.6e-3, 2.6e-3, 3.6e-4, 4.4e-3, 1.4e-4, 0, for another place of the grid.
     """
     mu = 0.4
     grid, tractions = sphere(40, mu)
@@ -121,32 +111,7 @@ def test_closed_forms_on_the_surface(nu, of_yy):
     assert (worst < [9.5e-3, of_yy, 3.8e-4, 4.6e-3, 1.5e-4, 1e-14]).all()
 
 
-def test_stress_on_the_surface_is_the_quadrature_of_point_solutions():
-    """Of Boussinesq and Cerruti at z = 0 (Johnson 1985, 3.19 and 3.76), over each cell of a sliding sphere."""
-    nu, mu, cells, place = 0.3, 0.4, 10, (8, -2)
-    grid, tractions = sphere(cells, mu)
-    h, half = grid.dx, grid.nx // 2
-    x0, y0 = ((number + 0.5) * h for number in place)
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    total = 0.0
-    for i, j in np.argwhere(tractions["p"] > 0.0):
-        offset = i - half - place[0], j - half - place[1]
-        if offset == (0, 0):
-            continue  # its own square: by symmetry only the pressure above the point counts
-        parts = 6 if max(map(abs, offset)) <= 2 else 1
-        middles = ((np.arange(parts) + 0.5) / parts - 0.5)[:, None] * h
-        along = (middles + nodes * h / (2 * parts)).ravel()
-        weight = np.tile(weights * h / (2 * parts), parts)
-        X, Y = (-offset[0] * h - along)[:, None], (-offset[1] * h - along)[None, :]
-        r2 = X * X + Y * Y
-        pressed = (1.0 - 2.0 * nu) * (X * X - Y * Y) / r2**2
-        sheared = -3.0 * X**3 / r2**2.5 + (1.0 - 2.0 * nu) * (3.0 * X**3 / r2**2.5 - 2.0 * X / r2**1.5)
-        total += tractions["p"][i, j] * float(weight @ (pressed + mu * sheared) @ weight) / (2.0 * math.pi)
-    total -= 0.5 * (1.0 + 2.0 * nu) * float(tractions["p"][half + place[0], half + place[1]])
-    assert point_influence(grid, (x0, y0, 0.0), nu, 2).stress(tractions)[0] == pytest.approx(total, abs=1e-10)
-
-
-@pytest.mark.parametrize("cells", [20, 40, 80])
+@pytest.mark.parametrize("cells", [20, 40, pytest.param(80, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("nu", "mu"), TENSION_AT_EDGE)
 def test_tension_at_the_trailing_edge(nu, mu, cells):
     """The largest tension of cells is far too small; the extrapolated one is within its error bar."""
@@ -161,17 +126,6 @@ def test_tension_at_the_trailing_edge(nu, mu, cells):
         assert found.value == pytest.approx(exact, rel=1e-2)
 
 
-def test_the_largest_tension_converges_with_the_square_root_of_the_cell():
-    """As certified, and two grids extrapolate to the exact value within 1 %."""
-    largest = []
-    for cells in (10, 20, 40, 80):
-        grid, tractions = sphere(cells, 0.4)
-        largest.append(float(layer(grid, tractions, 0.0, 0.3)[0].max()))
-    assert largest == pytest.approx([0.58120, 0.64574, 0.69228, 0.72567], rel=1e-3)
-    for coarse, fine in pairwise(largest):
-        assert fine + EXTRAPOLATION * (fine - coarse) == pytest.approx(TENSION_AT_EDGE[0.30, 0.4], rel=1e-2)
-
-
 @pytest.mark.parametrize("body", [1, 2])
 def test_turning_the_axes(body):
     """Shear along y instead of x gives the same stresses with x and y exchanged."""
@@ -179,17 +133,6 @@ def test_turning_the_axes(body):
     for depth in (0.0, 0.2):
         along_x, along_y = (layer(*sphere(8, 0.4, one), depth, 0.3, body) for one in ((1.0, 0.0), (0.0, 1.0)))
         np.testing.assert_allclose(along_y, along_x[exchanged].transpose(0, 2, 1), rtol=0, atol=1e-14)
-    # By 60 degrees, at a point that is turned with the load: the tensor turns, but for the error of the cells.
-    turn = np.array([[0.5, -math.sqrt(0.75), 0.0], [math.sqrt(0.75), 0.5, 0.0], [0.0, 0.0, 1.0]])
-    point = np.array([-0.5, 0.25, 0.3])
-    first = tensor(at_point(40, point, 0.3, 0.4, body))
-    turned = tensor(at_point(40, turn @ point, 0.3, 0.4, body, direction=(0.5, math.sqrt(0.75))))
-    np.testing.assert_allclose(turned, turn @ first @ turn.T, rtol=0, atol=5e-4)
-
-
-def tensor(stress):
-    xx, yy, zz, xy, xz, yz = stress
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def test_tension_of_body_1_lies_at_the_other_edge():
@@ -202,7 +145,7 @@ def test_tension_of_body_1_lies_at_the_other_edge():
     np.testing.assert_allclose(second[4], -tractions["qx"], rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize("points", [48, 64])
+@pytest.mark.parametrize("points", [48, pytest.param(64, marks=pytest.mark.slow)])
 def test_largest_stresses_of_a_solved_contact_are_within_their_error_bars(tmp_path, points):
     """A sphere about to slide, mu = 0.4: tension 0.80878 p0 and von Mises 0.80479 p0 at the trailing edge."""
     case = build(

@@ -45,7 +45,7 @@ class TestCertified:
         assert found.work_total == pytest.approx(14.394e-3, rel=3e-3)
 
 
-@pytest.mark.parametrize("share", [0.5, 0.9])
+@pytest.mark.parametrize("share", [pytest.param(0.5, marks=pytest.mark.slow), 0.9])
 @pytest.mark.parametrize(
     "friction",
     [

@@ -96,7 +96,7 @@ def test_gross_slip_wears_as_rings_do(time, size, approach, radius, middle):
 
 
 @pytest.mark.parametrize(("held", "size"), [("P", 3.6), ("d", 3.0)])
-@pytest.mark.parametrize("points", [32, 48])
+@pytest.mark.parametrize("points", [32, pytest.param(48, marks=pytest.mark.slow)])
 def test_wear_ends_at_the_worn_limit(held, size, points):
     """Cells stick as a whole, so that volume and load are those of the limit for a stick radius within a cell."""
     last = partial_slip(held, 100.0, points, 10, size)[-1].summary
@@ -115,6 +115,7 @@ def test_automatic_size_holds_the_scar_around_a_small_stick_zone(time, radius):
     assert half_side > 1.1 * radius * A0
 
 
+@pytest.mark.slow
 def test_the_error_falls_with_the_second_power_of_the_jump():
     exact = partial_slip("P", 1.0, 32, 80)[-1].summary.wear_volume
     found = [partial_slip("P", 1.0, 32, jumps)[-1].summary for jumps in (3, 6, 12)]

@@ -10,10 +10,9 @@ from typing import Any
 
 from fretsolve.errors import NoSolutionError, printable
 from fretsolve.result.state import Summary
-from fretsolve.study.variation import words
-from fretsolve.sweep.base_case import PreparedCase
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.status import CaseState, counted, missing
+from fretsolve.study.plan import words
+from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow, counted
+from fretsolve.sweep.plan import PreparedCase
 from fretsolve.system.progress import key_value_line, print_error_line, print_warnings, progress_bar
 
 
@@ -85,7 +84,7 @@ class CaseMessages:
         """Print how many cases have which status, and what to do about those without a result."""
         if not self.quiet:
             print(counted(states), flush=True)
-            if missing(self.manifest):
+            if self.manifest.missing():
                 print_error_line("the same command goes on with what is missing")
 
 

@@ -30,9 +30,8 @@ from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
 from fretsolve.setup.cost_estimate import expected_increments
 from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.setup.warnings import case_warnings
-from fretsolve.setup.warnings.resolution import warning_of_result
-from fretsolve.setup.warnings.wear import warning_of_slip
+from fretsolve.setup.warnings import case_warnings, warning_of_result
+from fretsolve.setup.wear_warnings import warning_of_slip
 from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
 MOST_STAGES_IN_TABLE = 30
@@ -97,7 +96,7 @@ class QuietMessages:
             if text is not None:
                 self.warn(str(text))
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
-            from fretsolve.export.wear_report import warning_of_wear
+            from fretsolve.export.remarks import warning_of_wear
             from fretsolve.setup.worn_volume import warning_of_the_grid  # few cases have wear
 
             known = {one for one in jumps if one is not None}
@@ -106,7 +105,7 @@ class QuietMessages:
                 if text is not None:
                     self.warn(text)
         if "spots" in result.history:
-            from fretsolve.export.spots import spot_warnings  # few results have several
+            from fretsolve.export.remarks import spot_warnings  # few results have several
 
             for text in spot_warnings(result.history):
                 self.warn(text)

@@ -22,10 +22,6 @@ LEAST_CHANGE = 1e-6
 """A smaller change of the load, in parts of it, is round-off."""
 
 
-LEAST_INNER = 0.4
-"""Part of a region's cells that lie inside of it where it is wide enough for lines."""
-
-
 def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
     """Draw lines along the shear traction and along the slip at an increment, by default the last with fields.
 
@@ -75,16 +71,16 @@ def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -
 
 
 def _is_narrow(cells: BoolArray) -> bool:
-    """Return whether less than `LEAST_INNER` of the cells (nx, ny) have all four neighbours among them."""
-    return bool(binary_erosion(cells).sum() < LEAST_INNER * cells.sum())
+    """Return whether the region of the cells (nx, ny) is too narrow for lines: few have all neighbours among them."""
+    return bool(binary_erosion(cells).sum() < 0.4 * cells.sum())
 
 
 def slip_angle(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:
-    """Draw a map of the angle from the direction of the load to that of the slip in an increment.
+    """Draw a map of the angle from the direction of the load to the direction of the slip in an increment.
 
-    By Coulomb's law slip is along the shear traction. The load's direction is that of the change of (Qx, Qy); if that
-    is 0 or body 1 turns, it is the motion of each point of body 1. step: by default the last increment with fields.
-    Raises PictureError if nothing slips or no tangential load changes.
+    By Coulomb's law slip is along the shear traction. The load's direction is the change of (Qx, Qy); if
+    that is 0 or body 1 turns, it is the motion of each point of body 1. step: by default the last increment with
+    fields. Raises PictureError if nothing slips or no tangential load changes.
     """
     require_area(result)
     snapshot = Snapshot(result, chosen_step(result, step))

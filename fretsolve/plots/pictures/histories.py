@@ -15,13 +15,13 @@ from matplotlib.ticker import MaxNLocator
 
 from fretsolve.errors import PictureError
 from fretsolve.export.selection import RESIDUALS, rows_of_stick_zones
-from fretsolve.plots.canvas import BELOW_LABEL, LETTERS, Canvas, Target, canvas, panel_width, title_of
+from fretsolve.plots.canvas import BELOW_LABEL, LETTERS, PANEL_WIDTH, Canvas, Target, canvas, panel_width, title_of
 from fretsolve.plots.labels import (
     CLOSED_FORM,
-    CLOSED_FORM_POINTS,
     MOST_INCREMENTS,
     MOST_NAMED,
     axis_label,
+    draw_lines,
     increment_ticks,
     line_colors,
     marker_spacing,
@@ -36,14 +36,8 @@ from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 from fretsolve.system.arrays import DoubleArray
 
-CURVE_POINTS = 200
-"""Least points of the curve of a closed form."""
-
 WIDE = 4.5
 """Width (inches) from which on a panel has its legend beside it."""
-
-LETTERS_OF_LINE, BESIDE = 8, 0.6
-"""Letters that the sample of a line takes in a legend, and inches by which a legend may be wider than its panel."""
 
 COUNTS = {
     "iterations_normal": "normal iterations",
@@ -74,7 +68,7 @@ def loop(result: Result, ax: Target = None) -> Figure:
     if not pairs and _bulk_moves(result):
         raise PictureError("bulk stress has no displacement of its own; stick-history and profiles show what it does")
     pairs = pairs or moved[:1]
-    with canvas(ax, len(pairs), (3.7, 3.2)) as drawn:
+    with canvas(ax, len(pairs), (PANEL_WIDTH, 3.2)) as drawn:
         for axes, pair in zip(drawn.axes, pairs, strict=False):
             _draw_loop(drawn, axes, result, pair)
         energy, error = (float(result.history.get(name, [0.0])[-1]) for name in ("work_total", "work_total_error"))
@@ -86,7 +80,7 @@ def loop(result: Result, ax: Target = None) -> Figure:
 def stick_history(result: Result, ax: Target = None) -> Figure:
     """Draw c/a, stick radius over contact radius, over each tangential load that the path moves, or else over P.
 
-    Bulk stress is one of them where it moves without the others. Radii are those of circles of equal area, and those at
+    Bulk stress is one of them where it moves without the others. Radii are of circles of equal area, and those at
     the end of the cycle before where wear changes the surfaces. Closed forms for the computed forces are drawn where
     they apply. Raises PictureError.
     """
@@ -99,7 +93,7 @@ def stick_history(result: Result, ax: Target = None) -> Figure:
         if not any(bulk.driven.keys() <= other.driven.keys() for other in shearing):
             shearing.append(bulk)
     loads = shearing or [pair for pair in moved if pair.force == "P"]
-    with canvas(ax, len(loads), (3.7, 3.0)) as drawn:
+    with canvas(ax, len(loads), (PANEL_WIDTH, 3.0)) as drawn:
         for axes, load in zip(drawn.axes, loads, strict=False):
             _draw_stick_ratio(drawn, axes, result, load)
         drawn.heading(title_of(result))
@@ -181,15 +175,16 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
     ratio = ratio[rows_of_stick_zones(result.history)]
     found = cycles(result, moved)
     _draw_cycles(axes, found, load, ratio)
-    # a curve also between few increments; under displacement control the forces between them are not known
-    parts = max(2, -(-CURVE_POINTS // result.increments)) if name == moved.force else 1
+    # a curve of 200 points also between few increments; under displacement control the forces there are not known
+    parts = max(2, -(-200 // result.increments)) if name == moved.force else 1
     form = stick_form(result, moved.force, parts)
     if form is not None and name == moved.force:
         axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
     elif form is not None:
         # values at the increments alone; in gross slip the force does not tell them
+        look = CLOSED_FORM | {"linestyle": "", "marker": "o", "markersize": 8.0}
         values = np.where(ratio > 0.0, form[1], np.nan)
-        axes.plot(load, values, label=f"{form[0]} (closed form)", **CLOSED_FORM_POINTS)
+        axes.plot(load, values, label=f"{form[0]} (closed form)", **look)
     size = "half-width" if len(result.y) == 1 else "radius"
     axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel=f"stick {size} over contact {size}, c/a")
     _show_origin(axes, result)
@@ -216,7 +211,8 @@ def _tell_apart(drawn: Canvas, axes: Axes, found: Sequence[LoadCycle]) -> None:
     if len(handles) > 1:
         width = panel_width(axes)
         longest = sorted(len(str(handle.get_label())) for handle in handles)[-2:]
-        columns = 2 if width > 2.4 and sum(longest) + 2 * LETTERS_OF_LINE < LETTERS * (width + BESIDE) else 1
+        # the sample of a line takes 8 letters, and the legend may be 0.6 inches wider than the panel
+        columns = 2 if width > 2.4 and sum(longest) + 16 < LETTERS * (width + 0.6) else 1
         axes.legend(handles=handles, ncols=columns, **BELOW_LABEL)
 
 
@@ -248,6 +244,5 @@ def _draw_residuals(axes: Axes, result: Result) -> None:
 
 def _draw_columns(axes: Axes, result: Result, labels: Mapping[str, str], least: float = 0.0) -> None:
     """Draw columns of the history over the increments; values below `least` there."""
-    for (name, label), mark in zip(labels.items(), marks(len(labels)), strict=True):
-        options = mark.options(result.increments) | {"linewidth": 1.1}
-        axes.plot(result.history["step"], np.maximum(result.history[name], least), label=label, **options)
+    lines = [(label, np.maximum(result.history[name], least)) for name, label in labels.items()]
+    draw_lines(axes, result.history["step"], lines, linewidth=1.1)

@@ -45,14 +45,6 @@ from fretsolve.system.foreign_files import PICTURE_MARK
 MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
 
-MOST_FRAMES = 60
-
-LABEL_WIDTH, LABEL_HEIGHT = 0.45, 0.2
-"""Inches of the label of a tick."""
-
-AREA = 4.8
-"""Square inches of a map."""
-
 ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 """Open, stick, slip: they differ in luminance as well."""
 
@@ -96,7 +88,7 @@ class Film:
     show: Callable[[int], tuple[()]]
 
 
-def film(result: Result, ax: Sheet | None = None, fields: Sequence[str] | None = None, most: int = MOST_FRAMES) -> Film:
+def film(result: Result, ax: Sheet | None = None, fields: Sequence[str] | None = None, most: int = 60) -> Film:
     """Return the frames of at most `most` increments with fields, all in the same colours and limits.
 
     ax: what the frames look like. fields: names of the case file; by default pressure and shear. Raises PictureError.
@@ -180,7 +172,7 @@ def map_canvas(
     """Return a canvas of `count` maps with a heading and the key of the outlines; larger: factors on width, height."""
     aspect = box.height / box.width
     # some five square inches for the cells, within limits, and space for colour bar, labels and title
-    width = max(min(math.sqrt(AREA / aspect), 6.0, 4.0 / aspect), 0.5)
+    width = max(min(math.sqrt(4.8 / aspect), 6.0, 4.0 / aspect), 0.5)
     width, height = width + 1.4, min(width * aspect, 4.0) + 0.75
     columns = max(1, min(count, int((1.2 if aspect > 2.0 else 1.05) * TWO_COLUMNS / width)))
     columns = 2 if (count, columns) == (4, 3) else columns
@@ -193,7 +185,7 @@ def map_canvas(
         for axes in drawn.axes if drawn.own else ():
             place = axes.get_subplotspec()
             if place is not None and not place.is_first_col():
-                axes.set_ylabel("")  # as that of the first panel of the row
+                axes.set_ylabel("")  # the first panel of the row has the label
 
 
 def scale_of(result: Result, name: str, largest: float) -> FieldScale:
@@ -248,15 +240,15 @@ def draw_frame(axes: Axes, box: Bbox, title: str) -> None:
 
 def set_x_ticks(axes: Axes) -> None:
     """Set as many ticks along x as have space for their labels, which are upright on a narrow panel."""
-    width = panel_width(axes)
-    narrow = width < 3.0 * LABEL_WIDTH
-    most_ticks = max(4, int(width / LABEL_HEIGHT)) if narrow else int(width / LABEL_WIDTH)
+    width, label_width, label_height = panel_width(axes), 0.45, 0.2  # inches
+    narrow = width < 3.0 * label_width
+    most_ticks = max(4, int(width / label_height)) if narrow else int(width / label_width)
     axes.xaxis.set_major_locator(MaxNLocator(most_ticks, steps=[1, 2, 5, 10], min_n_ticks=2))
     axes.tick_params(axis="x", labelrotation=90.0 if narrow else 0.0)
 
 
 def draw_outlines(axes: Axes, snapshot: Snapshot) -> None:
-    """Draw the edge of the contact, and that of the stick zone if it is known."""
+    """Draw the edges of the contact and, if it is known, of the stick zone."""
     # one more cell at each end, so that outlines close at the edge of the grid
     grid = snapshot.result.x, snapshot.result.y
     x, y = (centres[0] + cell_size(centres) * np.arange(-1, len(centres) + 1) for centres in grid)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +18,10 @@ from numpy.typing import NDArray
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.result.cycles.loop import Measure, area, ends_of_loop, half_width, range_error, reversal_stiffness
-from fretsolve.result.cycles.steps import CycleSteps, History, change_within, cycles_in, distance_to_limit
+from fretsolve.result.cycles.steps import CycleSteps, History, change_within, cycles_in, distance_to_limit, stages_of
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray
-
-if TYPE_CHECKING:  # pydantic, which the case needs, takes long to load
-    from fretsolve.case.keys.unrolled_path import Stage
 
 CYCLES = (
     Quantity("cycle", "1", "cycle, counted from 1 along the load path", "int64"),
@@ -94,19 +91,14 @@ class CycleTable:
 
 
 def cycle_table(
-    history: History,
-    stages: Sequence[Stage],
-    slip: Callable[[int], NDArray[Any] | None],
-    *,
-    ended: bool,
-    line: bool = False,
+    history: History, effective_case: Mapping[str, Any], slip: Callable[[int], NDArray[Any] | None], *, ended: bool
 ) -> CycleTable | None:
-    """Return the table of the cycles in a history, None if there is none.
+    """Return the table of the cycles in the history of a case, None if there is none.
 
     slip: returns the slip ``(2, nx, ny)`` after an increment, None where it is not stored; ended: whether the last
-    stage has ended; line: whether it is a line contact.
+    stage has ended.
     """
-    cycles = cycles_in(stages, history["stage"], ended=ended)
+    cycles = cycles_in(stages_of(effective_case), history["stage"], ended=ended)
     if not cycles:
         return None
     pair = _pair(history, cycles)
@@ -119,7 +111,9 @@ def cycle_table(
                 as_run = name.removesuffix(CORRECTED_SUFFIX)
                 row |= {name: found[as_run], name + ERROR_SUFFIX: found[as_run + ERROR_SUFFIX]}
     moments = pair is not None and pair[0].startswith("M")
-    chosen = [one for one in _quantities(moments=moments, line=line) if one.name in rows[0]]
+    chosen = [
+        one for one in _quantities(moments=moments, line=effective_case.get("plane") == "strain") if one.name in rows[0]
+    ]
     return CycleTable(
         {one.name: np.array([row[one.name] for row in rows], one.dtype) for one in chosen},
         {one.name: one.units for one in chosen},

@@ -70,13 +70,12 @@ class AreaContact:
 
         Where there may be several spots, their numbers, too.
         """
-        solution, evidence, model = solved.solution, solved.evidence, self._setup.model
-        limit = solution.friction_limit(model.friction)
-        shear, slip, orthotropy = solution.shear, evidence.slip, model.orthotropy
+        model = self._setup.model
+        shear, slip, orthotropy = solved.shear, solved.slip, model.orthotropy
         if orthotropy is not None:
             shear, slip = orthotropy.inverse.times(shear), orthotropy.times(slip)
             slip_before = orthotropy.times(slip_before)
-        fields = ZoneFields(solution.pressure, evidence.gap, shear, limit, slip, evidence.zone, slip_before)
+        fields = ZoneFields(solved.pressure, solved.gap, shear, solved.friction_limit, slip, solved.zone, slip_before)
         kernels = self.solver.team.kernels.zones
         if kernels is None:
             contact, stick = self._sizes_by_edges(fields)
@@ -85,7 +84,7 @@ class AreaContact:
         area = min(stick.area, contact.area)
         values = (*_radius_too(contact.area), *contact.extent, *_radius_too(area), *stick.extent)
         sizes: dict[str, Any] = dict(zip(UNMEASURED, values, strict=True))
-        return sizes | (spot_counts(solution.pressure) if self._may_have_spots else {})
+        return sizes | (spot_counts(solved.pressure) if self._may_have_spots else {})
 
     def _sizes_by_edges(self, fields: ZoneFields) -> tuple[ZoneSize, ZoneSize]:
         """Return the sizes of contact and stick zone."""

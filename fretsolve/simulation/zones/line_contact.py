@@ -36,18 +36,16 @@ class LineContact:
 
     def with_displacements(self, summary: Summary, solved: Solved) -> Summary:
         """Return a row of the history with NaN for the rigid displacements that hold the free constant."""
-        return replace(summary, delta_z=self.solver.approach(solved.solution), delta_x=math.nan, delta_y=math.nan)
+        return replace(summary, delta_z=self.solver.approach(solved), delta_x=math.nan, delta_y=math.nan)
 
     def sizes(self, solved: Solved, slip_before: FloatArray) -> dict[str, float]:
         """Return areas per mm, half-widths and extents of contact and stick zone; NaN for extents along y."""
-        solution, evidence, model = solved.solution, solved.evidence, self.setup.model
-        limit = solution.friction_limit(model.friction)
         fields = ZoneFields(
-            solution.pressure, evidence.gap, solution.shear, limit, evidence.slip, evidence.zone, slip_before
+            solved.pressure, solved.gap, solved.shear, solved.friction_limit, solved.slip, solved.zone, slip_before
         )
         grid = self.setup.grid
         assert isinstance(grid, LineGrid)
-        zones = line_zones(fields, grid, model.compliances)
+        zones = line_zones(fields, grid, self.setup.model.compliances)
         sizes: dict[str, float] = {}
         for zone, intervals in (("contact", zones.contact), ("stick", zones.stick)):
             area = min(width(intervals), sizes.get("contact_area", math.inf))

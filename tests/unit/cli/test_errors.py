@@ -6,7 +6,7 @@ import errno
 from pathlib import Path
 
 import pytest
-from command_line import ended, environment, invoke, refused, start_python
+from command_line import ended, environment, finish, invoke, refused, start_python
 from small_cases import CASE, write_case
 
 from fretsolve.cli import main as cli
@@ -172,3 +172,29 @@ def test_every_command_has_help() -> None:
         result = invoke(name, "--help")
         assert result.exit_code == 0
         assert result.stdout.startswith(f"Usage: fretsolve {name} ")
+
+
+COMPLETED = {
+    "va": ["validate"],
+    "run --re": ["--resume"],
+    "new mo": ["mode1", "mode2", "mode3"],
+    "export x.h5 --to v": ["vtk"],
+}
+
+
+@pytest.mark.parametrize("typed", COMPLETED)
+def test_shell_completes_commands_options_and_values(typed: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("_FRETSOLVE_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", f"fretsolve {typed}")
+    monkeypatch.setenv("COMP_CWORD", str(len(typed.split())))
+    code, output, _ = finish()
+    assert code == 0
+    assert output.split() == [f"plain,{word}" for word in COMPLETED[typed]]
+
+
+def test_shell_gets_a_script_for_completion(monkeypatch: pytest.MonkeyPatch) -> None:
+    for shell in ("bash", "zsh", "fish"):
+        monkeypatch.setenv("_FRETSOLVE_COMPLETE", f"{shell}_source")
+        code, script, _ = finish()
+        assert code == 0
+        assert "_FRETSOLVE_COMPLETE" in script

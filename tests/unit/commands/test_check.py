@@ -9,7 +9,7 @@ import pytest
 from command_line import invoke, refused
 from small_cases import CASE, write_case
 
-from fretsolve.case.keys.expectation import Expectation
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.commands.check import Comparison
 
 EXPECT = CASE[CASE.index("expect:") :]
@@ -131,12 +131,17 @@ def test_cases_of_a_folder_are_checked_in_order_and_other_files_named(various: d
     write_case(folder, "case: b.yml\naxes: {friction: [0.1, 0.2]}\n", "sweep.yaml")
     write_case(folder, "tension_limit: 300 MPa\n", "material.yaml")
     write_case(folder, "no case", "notes.txt")
+    (folder / "inner").mkdir()
+    write_case(folder, name="capitals.YAML")
     result = invoke("check", folder, other, various["4"])
     assert result.exit_code == 4
     checked = [*(folder / name for name in ("a.yaml", "b.yml", "c.yaml")), other, various["4"]]
     assert [line for line in result.stdout.splitlines() if line.startswith(str(tmp_path))] == [*map(str, checked)]
+    left_out = f"a folder or a name in capitals: {folder / 'capitals.YAML'}, {folder / 'inner'}"
     skipped = f"{folder / 'material.yaml'}, {folder / 'sweep.yaml'}"
-    assert result.stdout.endswith(f"\n2 of 5 cases as expected; skipped, as they are no cases: {skipped}\n")
+    assert result.stdout.endswith(
+        f"\n2 of 5 cases as expected; skipped, as they are no cases: {skipped}; left out, {left_out}\n"
+    )
     assert f"{folder / 'c.yaml'}:8: load_paths: " in result.stdout
 
 

@@ -72,12 +72,6 @@ def test_height_map_that_is_missing(folder: Path) -> None:
         assert message.startswith(f"base.yaml:2: surface.heights.file: {folder}/no.npy: the height map cannot be read")
 
 
-def test_sweep_and_case_that_are_exchanged(folder: Path) -> None:
-    (folder / "sweep.yaml").write_text("case: base.yaml\naxes: [{friction: [0.1, 0.2]}]\n")
-    assert "this is a sweep file; `fretsolve sweep run` takes it" in said("run", "sweep.yaml", code=2)
-    assert "this is a case file; `fretsolve run` takes it" in said("sweep", "run", "base.yaml", code=2)
-
-
 def test_python_hears_of_arguments(folder: Path) -> None:
     with pytest.raises(CaseError, match=r"^override points=8: points: unknown key") as error:
         fretsolve.load_case("base.yaml", ["points=8"])

@@ -11,7 +11,7 @@ from command_line import invoke, refused
 from fretsolve import load_case
 from fretsolve.templates import TEMPLATES
 
-SMALLER = {"rough": ["grid.points=48"], "mode2": ["grid.points=64"]}
+SMALLER = {"rough": ["grid.points=48"], "mode2": ["grid.points=64"], "mode3": ["grid.points=64"]}
 """Settings that keep the checks cheap."""
 
 

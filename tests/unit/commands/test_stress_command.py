@@ -14,8 +14,7 @@ from small_cases import CYCLES_UNDER_BULK, write_case
 from fretsolve import open_result
 from fretsolve.plots import stress_cycle, stress_map
 from fretsolve.plots.pictures.stresses import SIDE_MARGIN
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.influence import COMPONENTS
+from fretsolve.stress.influence import COMPONENTS, point_influence
 from fretsolve.stress.invariants import invariant
 from fretsolve.stress.stress_file import read_peaks
 from fretsolve.stress.tractions import TractionHistory, last_cycle

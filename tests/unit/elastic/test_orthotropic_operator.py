@@ -13,8 +13,7 @@ from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.elastic.orthotropic_operator import OrthotropicOperator
 from fretsolve.model.grid import Grid, LineGrid
-from fretsolve.model.materials import Compliances
-from fretsolve.model.orthotropy import Orthotropy
+from fretsolve.model.materials import Compliances, Orthotropy
 from fretsolve.model.required_terms import Terms
 
 MATERIAL, GRID = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6), Grid(10, 8, 0.1, 0.12)

@@ -14,7 +14,6 @@ from rich.console import Console
 from fretsolve.export.selection import relevant_columns, unit_for_people
 from fretsolve.export.text_report import history_tables, print_report
 from fretsolve.result import HistoryWriter, Result, open_result
-from fretsolve.result.state import stage_ends
 
 
 def made_up(tmp_path: Path, count: int = 7, end: str = "complete", **changes: float) -> Result:
@@ -123,11 +122,6 @@ def test_result_without_increments(tmp_path: Path) -> None:
     lines = printed(made_up(tmp_path, count=0, end="failed"))
     assert lines[1] == "failed, 0 increments: load_path.1.Qx: sliding"
     assert len(lines) == 3
-
-
-def test_stage_ends() -> None:
-    assert stage_ends(np.array([1, 1, 2, 3, 3])).tolist() == [1, 2, 4]
-    assert stage_ends(np.array([], int)).tolist() == []
 
 
 def test_tables_are_as_few_as_possible_and_alike_in_width(tmp_path: Path) -> None:

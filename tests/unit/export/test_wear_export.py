@@ -10,32 +10,25 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import invoke, refused, result_of
 from line_cases import LINE
 from small_cases import CASE, WORN, write_case
 from solving import build
 
 from fretsolve.case.loading import load_case
 from fretsolve.export.deformed_surfaces import DeformedSurfaces
+from fretsolve.export.remarks import rows_of_wear, wear_totals
 from fretsolve.export.selection import rows_of_stick_zones
-from fretsolve.export.wear_report import rows_of_wear, wear_totals
+from fretsolve.export.tables import require_wear, write_heights
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.setup.warnings.wear import warning_of_slip
+from fretsolve.setup.wear_warnings import warning_of_slip
 from fretsolve.setup.worn_volume import error_by_grid
 from fretsolve.stress.tractions import cycle_ends, cycle_stages, last_cycle
 
 ALPHA = 1e-7
 ROOT = Path(__file__).parents[3]
-
-
-@pytest.fixture(scope="module")
-def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The file of a worn result."""
-    path = write_case(tmp_path_factory.mktemp("worn"), WORN)
-    assert invoke("run", path, "-q").exit_code == 0
-    return path.with_suffix(".h5")
 
 
 @pytest.fixture
@@ -80,7 +73,9 @@ def test_show_says_that_the_stick_area_of_unlike_bodies_has_no_error_estimate(tm
     unlike = "bodies.1.young_modulus=70 GPa"
     assert invoke("run", path, "-q", "--set", unlike).exit_code == 0
     with open_result(path.with_suffix(".h5")) as result:
-        _, stick = wear_totals(result)
+        cycles, stick = wear_totals(result)
+        assert error_by_grid(result) is None  # unlike bodies have no closed form of the limit
+    assert "by the cells" not in cycles
     assert stick.startswith("stick area at the end of the first solved cycle 0.0")
     assert stick.endswith(" %); its error is not estimated: compare a smaller tolerance")
 
@@ -133,10 +128,8 @@ def test_another_case_goes_on_with_the_worn_surfaces(worn: Path, surface: str, t
     heights = tmp_path / "worn.heights.hdf5"
     done = invoke("export", worn, "--to", "heights", "-o", heights)
     assert (done.exit_code, done.stdout) == (0, f"{heights}\n")
-    with open_result(worn) as result, h5py.File(heights) as file:
-        size, last = 24.0 * float(np.diff(result.x).mean()), result.increments - 1
-        assert file["wear_depth"].attrs["spacing"] == pytest.approx([size / 24.0] * 2)
-        np.testing.assert_array_equal(file["wear_depth"][:], result.field("wear_depth", last))
+    with open_result(worn) as result:
+        size = 24.0 * float(np.diff(result.x).mean())
         expected = {name: float(result.history[name][-1]) for name in ("delta_z", "max_pressure", "contact_area")}
     maps = {
         "sum": "[{sphere: {radius: 10 mm}}, {heights: {file: worn.heights.hdf5, dataset: wear_depth}}]",
@@ -262,13 +255,6 @@ def test_the_error_by_cells_that_stick_is_shown_and_warned_of(tmp_path: Path) ->
     assert 0.01 * volume < error < 0.2 * volume
     assert f" mm^3 (± {by_jumps:.1e} by the jumps, ± {error:.1e} by the cells that stick)," in told
     assert f"which may have changed wear_volume by {100 * error / volume:.2g} %; finer cells" in done.stderr
-    # unlike bodies have no closed form of the limit
-    unlike = path.read_text().replace("200 GPa", "70 GPa", 1)
-    path = write_case(tmp_path, unlike, "unlike.yaml")
-    assert invoke("run", path, "-q").exit_code == 0
-    with open_result(path.with_suffix(".h5")) as worn:
-        assert error_by_grid(worn) is None
-        assert "by the cells" not in " ".join(wear_totals(worn))
 
 
 @pytest.mark.parametrize(
@@ -315,3 +301,28 @@ def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, 
     assert expected < 200 < setup.load_path.increments
     TextMessages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
     assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A worn result on a grid beside the middle."""
+    text = WORN.replace("points: 24", "points: [12, 10], size: [1.2 mm, 1.1 mm], center: [0.05 mm, -0.02 mm]")
+    return result_of(write_case(tmp_path_factory.mktemp("worn"), text))
+
+
+def test_maps_have_their_place_and_the_worn_separation(out: Path, tmp_path: Path) -> None:
+    target = tmp_path / "maps.hdf5"
+    with open_result(out) as result:
+        step = result.increments - 1
+        require_wear(result, step)
+        write_heights(result, step, target, exclusive=True)
+        depth = result.field("wear_depth", step).astype(float)
+        sphere = (result.x[:, None] ** 2 + result.y**2) / 20.0
+    assert depth.max() > 0.0
+    with h5py.File(target) as file:
+        for values in file.values():
+            assert values.attrs["units"] == "mm"
+            assert values.attrs["spacing"] == pytest.approx((0.1, 0.11))
+            assert values.attrs["center"] == pytest.approx((0.05, -0.02))
+        np.testing.assert_array_equal(file["wear_depth"], depth)
+        np.testing.assert_allclose(file["separation"], sphere + depth, rtol=1e-12)

@@ -1,4 +1,4 @@
-"""The stresses of a cycle, layer by layer, and the depths and states that a request needs."""
+"""The stresses of a cycle, layer by layer, averages over a length, and the depths that a request needs."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ import pytest
 from solving import build
 
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.averaging import Average
-from fretsolve.fatigue.criteria.invariants import COMPONENTS
-from fretsolve.fatigue.material_file import read_material
-from fretsolve.fatigue.request import AVERAGE_DEPTHS, FatigueRequest
-from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body, opening_of
+from fretsolve.fatigue.averaging import Average, box_weights, depth_weights
+from fretsolve.fatigue.request import AVERAGE_DEPTHS, FatigueRequest, read_material
+from fretsolve.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body, not_closed, opening_of
+from fretsolve.stress.influence import COMPONENTS
 from fretsolve.stress.stress_file import BodyStress
 
 X, Y, DEPTHS = 0.05 * np.arange(4), 0.04 * np.arange(3), np.array([0.0, 0.05, 0.2])
@@ -50,6 +49,15 @@ def test_layers(body):
     assert opening_of(layers[0]) == 1.0
 
 
+def test_the_opening_of_a_cycle_is_the_largest_change_over_the_largest_range():
+    stress = np.zeros((3, 6, 2))
+    stress[1, 1, 0], stress[2, 3, 1] = 100.0, -2.0
+    assert opening_of(stress) == pytest.approx(0.02)
+    assert opening_of(np.zeros((3, 6, 2))) == 0.0
+    assert not_closed(0.01) is None
+    assert "differs from its first by 2 % of the range (more than 1 %)" in not_closed(0.02)
+
+
 def test_an_average_has_one_layer_at_its_mean_depth(body):
     cycle = StressCycle(body.path, body, (2, 3, 4), Average("line", 0.1))
     (layer,) = cycle.layers()
@@ -58,7 +66,7 @@ def test_an_average_has_one_layer_at_its_mean_depth(body):
 
 
 def test_too_few_states_or_components_are_refused_with_the_file(body):
-    with pytest.raises(CaseError, match=r"out\.stress\.h5: "):
+    with pytest.raises(CaseError, match=r"out\.stress\.h5: the cycle has 2 stored states; 3 or more are needed"):
         StressCycle(body.path, body, (3, 4))
     fewer = BodyStress(body.path, body.steps, body.stages, DEPTHS, X, Y, {}, COMPONENTS[:5], body.group)
     with pytest.raises(CaseError, match="the file lacks the components yz, all six are needed"):
@@ -89,3 +97,56 @@ def test_depths_of_a_request():
     assert (len(graded), graded[0], graded[-1]) == (AVERAGE_DEPTHS, 0.0, pytest.approx(0.2))
     coarse = FatigueRequest(material, ("crossland",), Average("line", 0.1)).stress_depths(0.05)
     assert coarse == (0.0, *(depth for depth in graded if depth >= 0.05))
+
+
+NODES = np.array([0.0, 0.1, 0.3, 0.4, 1.0])
+
+
+@pytest.mark.parametrize(("first", "last"), [(0.0, 1.0), (0.05, 0.35), (0.31, 0.39), (0.2, 0.2), (1.0, 1.0)])
+def test_depth_weights_are_exact_for_what_is_linear(first, last):
+    weights = depth_weights(NODES, first, last)
+    assert weights.sum() == pytest.approx(1.0)
+    assert weights @ NODES == pytest.approx(0.5 * (first + last))
+
+
+def test_depth_weights_of_a_kink():
+    """The mean of |z - 0.3| over 0 to 0.6 is 0.15."""
+    assert depth_weights(NODES, 0.0, 0.6) @ np.abs(NODES - 0.3) == pytest.approx(0.15)
+
+
+@pytest.mark.parametrize("cells", [1.0, 1.5, 2.0, 3.0, 4.2])
+def test_box_weights_are_those_of_a_window(cells):
+    weights = box_weights(cells)
+    assert weights.sum() == pytest.approx(1.0)
+    middle = len(weights) // 2
+    assert weights[middle] == pytest.approx(1.0 / cells)
+    assert weights[0] <= weights[middle]
+    np.testing.assert_allclose(weights, weights[::-1])
+
+
+def test_kinds_of_averages():
+    x = np.arange(9.0) * 0.1
+    stress = np.zeros((2, 5, 9, 7)) + NODES[:, None, None] + 10.0 * x[:, None]
+    middle = (0, 4, 3)
+    expected = {"point": 0.1, "line": 0.2, "volume": 0.1}
+    for kind, depth in expected.items():
+        average = Average(kind, 0.2)
+        weights = depth_weights(NODES, *average.depth_range)
+        assert average.of(stress, weights, (0.1, 0.1))[middle] == pytest.approx(depth + 4.0)
+
+
+def test_volume_spreads_a_single_cell():
+    stress = np.zeros((1, 5, 9, 9))
+    stress[:, :, 4, 4] = 1.0
+    average = Average("volume", 0.2)
+    found = average.of(stress, depth_weights(NODES, *average.depth_range), (0.1, 0.1))
+    assert found[0, 4, 4] == pytest.approx(0.25)
+    assert found.sum() == pytest.approx(1.0)
+
+
+def test_lengths_below_a_cell_and_depths_that_do_not_reach_are_refused():
+    with pytest.raises(CaseError, match=r"0\.05 mm is below a cell; 0\.1 mm or more is needed"):
+        Average("point", 0.05).require_resolved(NODES, (0.1, 0.02))
+    with pytest.raises(CaseError, match=r"from 0 to 1\.2 mm, the stresses reach from 0 to 1 mm"):
+        Average("line", 0.6).require_resolved(NODES, (0.1, 0.1))
+    Average("line", 0.5).require_resolved(NODES, (0.1, 0.1))

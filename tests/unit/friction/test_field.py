@@ -13,7 +13,7 @@ from fretsolve.case.expression import Expression
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.models import Case
 from fretsolve.errors import FileError
-from fretsolve.friction.field import LARGEST_ESTIMATE, FrictionField, friction_field
+from fretsolve.friction.law import LARGEST_ESTIMATE, FrictionField, friction_field
 from fretsolve.friction.warnings import friction_warnings, largest_share
 from fretsolve.model.grid import Grid
 from fretsolve.model.height_map import HeightMap

@@ -15,7 +15,8 @@ from solving import build, solve
 
 from fretsolve import load_case, run
 from fretsolve.errors import CaseError, FileError
-from fretsolve.friction.law import FrictionOnGrid, friction_law
+from fretsolve.friction.law import friction_law
+from fretsolve.friction.limit import FrictionOnGrid
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import Fields, nothing
 from fretsolve.setup.problem_setup import set_up
@@ -33,11 +34,6 @@ def law_of(**friction: object) -> FrictionOnGrid:
     law = friction_law(build(friction=friction, grid={"points": 16}))
     assert law is not None
     return law.on(GRID)
-
-
-def test_one_coefficient_has_no_law():
-    assert friction_law(build(friction=0.1, grid={"points": 16})) is None
-    assert set_up(build(friction=0.1, grid={"points": 16})).friction is None
 
 
 def test_formula_gives_means_over_cells():
@@ -77,10 +73,10 @@ def test_a_formula_of_a_line_contact_has_no_y():
 
 def test_running_in_by_slip_and_by_energy():
     by_slip = law_of(initial=0.2, final=0.7, slip="5 mm")
-    assert by_slip.bound(fields()).coefficient == pytest.approx(0.2)
-    assert by_slip.bound(fields(path=5.0, energy=9.0)).coefficient == pytest.approx(0.7 - 0.5 * np.exp(-1.0))
+    assert by_slip.limit(fields()).coefficient == pytest.approx(0.2)
+    assert by_slip.limit(fields(path=5.0, energy=9.0)).coefficient == pytest.approx(0.7 - 0.5 * np.exp(-1.0))
     by_energy = law_of(initial=0.2, final=0.7, energy="1 mJ/mm^2")
-    assert by_energy.bound(fields(path=5.0, energy=2.0)).coefficient == pytest.approx(0.7 - 0.5 * np.exp(-2.0))
+    assert by_energy.limit(fields(path=5.0, energy=2.0)).coefficient == pytest.approx(0.7 - 0.5 * np.exp(-2.0))
 
 
 def test_coefficient_of_cycles_is_constant_in_a_cycle_and_linear_between():

@@ -1,4 +1,4 @@
-"""Friction that falls with slip: the bound of stability."""
+"""Friction that changes with slip."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from fretsolve import run
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
-from fretsolve.friction.law import FrictionOnGrid
-from fretsolve.friction.weakening import fall_per_slip, largest_growth
+from fretsolve.friction.limit import FrictionOnGrid
+from fretsolve.friction.weakening import cycles_of_little_change, fall_per_slip, largest_growth
 from fretsolve.model.required_terms import derive_model
+from fretsolve.result.state import Fields, nothing
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
 
@@ -50,10 +51,10 @@ def test_fall_is_the_derivative_of_the_limit_by_slip(scale, more):
     spec = FrictionSpec.model_validate({"initial": 0.3, "final": 0.1, scale: 2.0, **more})
     law, (state,) = FrictionOnGrid(spec), solve(grid={"points": 16})
     before = replace(state.fields, slip_path=np.full((16, 16), 0.5), work_density=np.full((16, 16), 0.8))
-    bound = law.bound(before)
+    bound = law.limit(before)
     limit, slip = bound.limit(before.pressure), 1e-6
     after = replace(before, slip_path=before.slip_path + slip, work_density=before.work_density + slip * limit)
-    fall = (limit - law.bound(after).limit(before.pressure)) / slip
+    fall = (limit - law.limit(after).limit(before.pressure)) / slip
     found = fall_per_slip(spec, before.pressure, bound)
     assert found == pytest.approx(fall, rel=1e-3, abs=1e-6 * fall.max())
     assert (found == 0.0).any() and (found > 0.0).any()
@@ -62,7 +63,7 @@ def test_fall_is_the_derivative_of_the_limit_by_slip(scale, more):
 def test_friction_that_rises_does_not_fall():
     (state,) = solve(grid={"points": 16})
     rising = FrictionSpec(initial=0.1, final=0.3, slip=2.0)
-    bound = FrictionOnGrid(rising).bound(state.fields)
+    bound = FrictionOnGrid(rising).limit(state.fields)
     assert fall_per_slip(rising, state.fields.pressure, bound) is None
 
 
@@ -125,3 +126,41 @@ def test_cycles_that_count_as_periodic_before_friction_has_run_in_are_warned_of(
     if warned:
         assert told[True][0].startswith("load_path.1.cycle.until: friction changes from cycle to cycle, and one that")
         assert "less than 2 % counts as periodic" in told[True][0]
+
+
+def fields(slip_path: float = 0.0, work_density: float = 0.0) -> Fields:
+    none, vector = nothing((2, 2)), nothing((2, 2, 2))
+    zone = np.zeros((2, 2), np.uint8)
+    return Fields(none, vector, vector, np.full((2, 2), slip_path), np.full((2, 2), work_density), zone, none)
+
+
+ENERGY, SO_FAR = np.array([[0.0, 0.1], [0.2, 0.1]]), np.array([[0.0, 1e-3], [2e-3, 1e-3]])
+RUNNING_IN = {"initial": 0.2, "final": 0.7}
+
+
+@pytest.mark.parametrize(
+    ("friction", "cycles", "state", "expected"),
+    [
+        (0.1, 5.0, {}, math.inf),
+        ({**RUNNING_IN, "slip": 5.0}, 1.0, {}, 0.05 * 0.7 / (0.5 * 2e-3 / 5.0)),
+        ({**RUNNING_IN, "slip": 5.0}, 1.0, {"slip_path": 5.0}, 0.035 * math.e / (0.5 * 2e-3 / 5.0)),
+        ({**RUNNING_IN, "energy": 10.0}, 1.0, {}, 0.05 * 0.7 / (0.5 * 0.2 / 10.0)),
+        ({**RUNNING_IN, "energy": 0.1}, 1.0, {}, 1.0),
+        ({"cycles": [[100, 0.1], [1100, 0.2]]}, 40.0, {}, 60.0),
+        ({"cycles": [[100, 0.1], [1100, 0.2]]}, 100.0, {}, 100.0),
+        ({"cycles": [[100, 0.1], [1100, 0.2]]}, 1050.0, {}, 50.0),
+        ({"cycles": [[100, 0.1], [1100, 0.1], [1200, 0.2]]}, 300.0, {}, 800.0),
+        ({"cycles": [[100, 0.1], [1100, 0.2]]}, 1100.0, {}, math.inf),
+    ],
+)
+def test_a_solved_cycle_stands_for_as_many_as_change_the_coefficient_by_5_percent(friction, cycles, state, expected):
+    spec = FrictionSpec.model_validate(friction)
+    assert cycles_of_little_change(spec, cycles, fields(**state), ENERGY, SO_FAR) == pytest.approx(expected)
+
+
+def test_a_cell_that_has_just_come_into_contact_counts_by_what_it_dissipates():
+    spec = FrictionSpec.model_validate({**RUNNING_IN, "slip": 1.0})
+    state = fields(slip_path=100.0)
+    state.slip_path[0, 0] = 0.0
+    path, energy = np.full((2, 2), 0.1), np.array([[0.01, 1.0], [1.0, 1.0]])
+    assert cycles_of_little_change(spec, 1.0, state, energy, path) == pytest.approx(0.05 * 0.7 / (0.01 * 0.5 * 0.1))

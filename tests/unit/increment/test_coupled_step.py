@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,9 @@ from solving import DISSIMILAR, LOAD, build, solve_last
 
 from fretsolve.elastic.rounding import LEAST_MOTION
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.friction.bound import FrictionBound
 from fretsolve.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
 from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.increment.working_state import InitialState, WorkingState
+from fretsolve.increment.states import InitialState, WorkingState
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.solvers.coupled_newton import CoupledProblem
 
@@ -35,7 +35,8 @@ def setup() -> ProblemSetup:
 def begun(setup: ProblemSetup) -> tuple[GridLevel, InitialState, WorkingState]:
     """The level of the grid, and the state of nothing loaded."""
     nothing = np.zeros(setup.grid.shape)
-    start = InitialState(nothing, np.zeros((2, *nothing.shape)), np.zeros((2, *nothing.shape)), np.zeros(6))
+    shear = np.zeros((2, *nothing.shape))
+    start = InitialState(nothing, shear, shear.copy(), np.zeros(6), setup.friction_on_grid().limit())
     level = GridLevel(setup.grid, setup.model, ThreadTeam(), np.float64)
     return level, start, WorkingState(nothing.copy(), np.zeros((2, *nothing.shape)), np.zeros(6))
 
@@ -43,8 +44,9 @@ def begun(setup: ProblemSetup) -> tuple[GridLevel, InitialState, WorkingState]:
 def problem_of(
     setup: ProblemSetup, start: InitialState, work: WorkingState, precision: type[np.floating] = np.float64
 ) -> CoupledProblem:
-    increment, bound = setup.load_path.increment(0, ()), FrictionBound(setup.model.friction)
-    return coupled_problem(setup.separation(), bound, increment, start, work, 1e-12, precision)
+    increment = setup.load_path.increment(0, ())
+    tangential = increment.tangential.relative_to(start.rigid[3:])
+    return coupled_problem(setup.separation(), increment, tangential, start, work, 1e-12, precision)
 
 
 def assert_solved(setup: ProblemSetup, work: WorkingState) -> None:
@@ -71,7 +73,6 @@ def test_directly(setup):
     pressed = level.normal.solve(setup.separation(), problem.normal, work.pressure, 1e-2, 100, np.zeros(3))
     work.rigid[:3] = pressed.rigid
     assert solve_directly(level.direct, problem, start, work, 1e-7, presses=True, slides=True)
-    assert not work.slip_is_known
     assert (work.staggered_iterations, work.coupled_step) == (1, False)
     assert_solved(setup, work)
 
@@ -88,8 +89,8 @@ def test_single_precision_counts_slip_from_tractions_whose_slip_is_known(setup):
     work.shear[0] = 3.0
     double = problem_of(setup, start, work)
     assert not double.shear.any() and double.elastic_slip is start.displacement
-    slip = np.full_like(start.shear, 1e-5)
-    known = InitialState(start.pressure, start.shear, start.displacement + 2e-3, start.rigid, elastic_slip=slip)
+    work.elastic_slip = slip = np.full_like(start.shear, 1e-5)
+    known = replace(start, displacement=start.displacement + 2e-3)
     single = problem_of(setup, known, work, np.float32)
     assert np.array_equal(single.shear, work.shear) and single.elastic_slip is slip
     assert single.motion == pytest.approx(max(LEAST_MOTION * 2e-3, 1e-12))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from solving import build
 
-from fretsolve.model.edges import PEAK, Edge, edges, rounding
+from fretsolve.case.keys.surface_specs import PunchSurface
+from fretsolve.model.edges import PEAK, Edge, edges, flat_part, rounding
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings
 
@@ -118,3 +119,17 @@ def test_the_part_of_the_last_cells_that_is_flat(punch: dict[str, float], size: 
     setup = set_up(build(surface={"punch": punch}, grid={"points": 32, "size": size}))
     (edge,) = edges(setup.case.surface, setup.grid)
     assert edge.covered == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("punch", "line", "flat"),
+    [
+        ({"radius": 0.5, "edge_radius": 0.2}, False, 0.3),
+        ({"radius": 0.5}, False, 0.5),
+        ({"radius": 0.5, "edge_radius": 0.5}, False, 0.0),
+        ({"half_width": 0.5, "edge_radius": 0.2}, False, 0.6 / math.sqrt(math.pi)),
+        ({"half_width": 0.5, "edge_radius": 0.2}, True, 0.5),
+    ],
+)
+def test_flat_part_of_a_punch(punch: dict[str, float], line: bool, flat: float) -> None:
+    assert flat_part(PunchSurface(**punch), line=line) == pytest.approx(flat, abs=1e-12)

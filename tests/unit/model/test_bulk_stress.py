@@ -7,8 +7,8 @@ import pytest
 from solving import LOAD, build
 
 from fretsolve.case.keys.body_spec import ElasticBody
-from fretsolve.model.bulk_stress import BulkResponse, mismatch_displacement, surface_strain
 from fretsolve.model.grid import Grid
+from fretsolve.model.materials import BulkResponse, mismatch_displacement, surface_strain
 from fretsolve.model.required_terms import derive_model
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
@@ -88,8 +88,8 @@ class TestLoadPath:
         names = ("bulk_1_xy", "bulk_2_xx", "bulk_2_yy")
         found = [tuple(row.bulk.get(name, 0.0) for name in names) for row in rows]
         assert found == [(0, 0, 0), (0, 40, 4), (0, 80, 8), (0, 80, 8), (0, 80, 8), (5, 40, 8), (10, 0, 8)]
-        assert [row.stretch is None for row in rows] == [True, False, False, True, True, False, False]
-        assert sum(row.stretch for row in rows if row.stretch is not None) == pytest.approx(
+        assert [row.strain_mismatch is None for row in rows] == [True, False, False, True, True, False, False]
+        assert sum(row.strain_mismatch for row in rows if row.strain_mismatch is not None) == pytest.approx(
             BulkResponse((STEEL, STEEL)).mismatch({"bulk_1_xy": 10.0, "bulk_2_yy": 8.0}), abs=1e-18
         )
 

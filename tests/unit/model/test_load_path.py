@@ -184,17 +184,3 @@ class TestGradedSteps:
         for each in shares:
             assert each[-1] == 1.0
             assert (np.diff([0.0, *each]) > 0.0).all()
-
-
-def test_growth_is_the_ratio_of_two_load_steps_of_one_stage():
-    path = path_of([{"P": 400.0, "increments": 2}, {"Qx": 20.0, "increments": 3}])
-    assert [path.growth(step) for step in range(6)] == [None, 1.0, None, pytest.approx(1.0), pytest.approx(1.0), None]
-
-
-def test_growth_of_graded_increments():
-    stage = {"Qx": 36.0, "increments": 6, "spacing": "graded"}
-    path = path_of([{"P": 400.0, "increments": 1}, stage], friction=0.1)
-    loads = [0.0] + [path.increment(step, [summary()] * step).tangential.values[0] for step in range(1, 7)]
-    steps = np.diff(loads)
-    np.testing.assert_allclose([path.growth(step) for step in range(2, 7)], steps[1:] / steps[:-1])
-    assert path.growth(1) is None

@@ -1,10 +1,17 @@
-"""Units on axes."""
+"""Kinds of pictures, and units on axes."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from fretsolve import plots
 from fretsolve.plots.labels import readable
+
+
+def test_no_module_hides_a_public_function() -> None:
+    for kind in plots.KINDS.values():
+        assert callable(kind.draw)  # imports its module
+    assert [name for name in plots.__all__ if not callable(getattr(plots, name))] == ["KINDS"]
 
 
 def test_units_keep_numbers_short() -> None:

@@ -67,14 +67,21 @@ def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
     assert "Left out" not in without_reasons and "slider" not in without_reasons
 
 
-def test_all_kinds_and_a_report(result_folder: Path, tmp_path: Path) -> None:
-    done = invoke("plot", result_folder / "torsion.h5", "--all", "-o", tmp_path / "out")
+@pytest.fixture(scope="module")
+def drawn(result_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with all pictures of a result and their page."""
+    folder = tmp_path_factory.mktemp("all") / "out"
+    done = invoke("plot", result_folder / "torsion.h5", "--all", "-o", folder)
     assert done.exit_code == 0, done.stderr
-    names = {path.name for path in (tmp_path / "out").iterdir()}
+    return folder
+
+
+def test_all_kinds_and_a_report(result_folder: Path, drawn: Path) -> None:
+    names = {path.name for path in drawn.iterdir()}
     # of no other file than the result, and of columns that all results have
     kinds = [kind for kind in plots.KINDS.values() if not kind.beside and not kind.column]
     assert names == {*(f"{kind.name}.{kind.formats[0]}" for kind in kinds), "index.html"}
-    text = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
+    text = (drawn / "index.html").read_text(encoding="utf-8")
     page = _Pictures()
     page.feed(text)
     with open_result(result_folder / "torsion.h5") as result:
@@ -104,10 +111,9 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shuti
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
-def test_slider_steps_through_the_increments_in_a_browser(result_folder: Path, tmp_path: Path) -> None:
+def test_slider_steps_through_the_increments_in_a_browser(drawn: Path, tmp_path: Path) -> None:
     assert CHROMIUM is not None
-    assert invoke("plot", result_folder / "torsion.h5", "--all", "-o", tmp_path).exit_code == 0
-    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    text = (drawn / "index.html").read_text(encoding="utf-8")
     assert not re.search(r"https?://", text)
     moved = """<script>
     slider.value = 1; slider.dispatchEvent(new Event("input"));

@@ -10,16 +10,16 @@ import pytest
 from scipy.integrate import quad
 from solving import FRICTION, HERTZ, MATERIAL, A
 
-from fretsolve.reference.bulk_stress import LineUnderBulk, SphereUnderBulk, line_stick_ratio_under_bulk_alone
+from fretsolve.reference.line import HertzLine
+from fretsolve.reference.line_slip import LinePartialSlip, line_stick_ratio_under_bulk_alone
+from fretsolve.reference.tangential import SphereUnderBulk
 
 # E = 200 GPa, nu = 0.3, R = 10 mm, P = 100 N/mm, mu = 0.3
-BASE = LineUnderBulk(0.1076405, 591.4314, 0.3, 1.82e-5, 0.0, 0.0)
+BASE = HertzLine(100.0, 10.0, 2.0 / 1.82e-5)
 
 
-def line(f: float, b: float) -> LineUnderBulk:
-    limit = 0.5 * math.pi * BASE.half_width * BASE.friction * BASE.max_pressure
-    scale = BASE.compliance * BASE.friction * BASE.max_pressure
-    return replace(BASE, shear_force=f * limit, mismatch=b * scale)
+def line(f: float, b: float) -> LinePartialSlip:
+    return LinePartialSlip(BASE, 0.3, f * 0.3 * 100.0, 1.82e-5, b * 1.82e-5 * 0.3 * BASE.max_pressure)
 
 
 class TestLine:
@@ -121,12 +121,16 @@ class TestLine:
     def test_shear_carries_the_force_and_reaches_its_limit_in_the_slip_zones(self):
         contact = line(-0.6, 0.2)
         low, high = contact.stick_zone
-        total = quad(lambda x: float(contact.shear(np.array(x))), -0.1076405, 0.1076405, points=(low, high), limit=200)[
-            0
-        ]
+        total = quad(
+            lambda x: float(contact.shear(np.array(x))),
+            -BASE.half_width,
+            BASE.half_width,
+            points=(low, high),
+            limit=200,
+        )[0]
         assert total == pytest.approx(contact.shear_force, rel=1e-7)
         x = np.array([-0.1, low, high, 0.1])
-        limit = 0.3 * 591.4314 * np.sqrt(1.0 - (x / 0.1076405) ** 2)
+        limit = 0.3 * BASE.pressure(x)
         assert contact.shear(x) == pytest.approx(-limit, rel=1e-12)
         assert (contact.slip(x)[[0, 3]] < 0.0).all()
         assert contact.slip(x)[1:3] == pytest.approx(0.0, abs=1e-20)

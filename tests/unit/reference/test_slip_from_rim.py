@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.slip_from_rim import RimSlipBound
+from fretsolve.reference.slip_from_rim import RimFrictionLimit
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque
 
 LOAD = 2.0 * math.pi / 3.0
@@ -31,7 +31,7 @@ LAWS = {
 @pytest.mark.parametrize("name", LAWS)
 def test_certified(name):
     bound, gross_slip, *certified = LAWS[name]
-    law = RimSlipBound(bound, 1.0, 4.0)
+    law = RimFrictionLimit(bound, 1.0, 4.0)
     assert law.slips_from_rim
     assert law.gross_slip_force / LOAD == pytest.approx(gross_slip, rel=2e-6)
     for share, (c, delta) in zip((0.5, 0.9), certified, strict=True):
@@ -42,7 +42,7 @@ def test_certified(name):
 
 def test_coulomb_friction_gives_cattaneo_and_mindlin():
     contact = hertz_sphere(400.0, 10.0, 110e3)
-    law = RimSlipBound(lambda r: 0.1 * contact.pressure(r), contact.contact_radius, 3e-5)
+    law = RimFrictionLimit(lambda r: 0.1 * contact.pressure(r), contact.contact_radius, 3e-5)
     assert law.gross_slip_torque == pytest.approx(gross_slip_torque(contact, 0.1))
     r = np.linspace(0.01, 0.35, 30)
     for force in (30.0, -10.0, 39.9):
@@ -54,12 +54,12 @@ def test_coulomb_friction_gives_cattaneo_and_mindlin():
 
 
 def test_slip_from_the_middle_is_not_covered():
-    inside_out = RimSlipBound(lambda r: np.where(r < 0.4, 0.2, 1.0) * hertz(r), 1.0, 4.0)
+    inside_out = RimFrictionLimit(lambda r: np.where(r < 0.4, 0.2, 1.0) * hertz(r), 1.0, 4.0)
     assert not inside_out.slips_from_rim
     assert inside_out.gross_slip_force == pytest.approx(LOAD * (1.0 - 0.8 * (1.0 - (1.0 - 0.16) ** 1.5)))
 
 
 def test_more_than_gross_slip_is_refused():
-    law = RimSlipBound(hertz, 1.0, 4.0)
+    law = RimFrictionLimit(hertz, 1.0, 4.0)
     with pytest.raises(ValueError, match="must not exceed"):
         law.under(1.001 * law.gross_slip_force)

@@ -7,9 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from line_cases import line_case
 
 from fretsolve.case.models import Case
-from fretsolve.export.cycle_report import cycle_columns
+from fretsolve.export.report_tables import cycle_columns
 from fretsolve.result.cycles.loop import range_error, reversal_stiffness
 from fretsolve.result.cycles.steps import (
     CHANGE_COLUMNS,
@@ -58,9 +59,8 @@ def loop(amplitude: float, points: int, turns: int = 1, beyond: float = 0.0) -> 
     return history | {"P": np.full(len(forces), 400.0), "contact_radius": np.full(len(forces), 0.3)}
 
 
-def table_of(history: dict[str, np.ndarray], cycle: dict, **options: object):
-    case = case_of(cycle)
-    return cycle_table(history, stages_of(case), lambda step: None, ended=True, **options)
+def table_of(history: dict[str, np.ndarray], cycle: dict):
+    return cycle_table(history, case_of(cycle), lambda step: None, ended=True)
 
 
 def test_ratios_at_the_border_of_gross_slip() -> None:
@@ -183,7 +183,7 @@ def test_round_off_of_a_force_is_no_loop() -> None:
     history["Qx"] = 1e-16 * history["Qx"]
     path = [{"P": 400.0}, {"cycle": {"amplitude": {"bulk_2": {"xx": 50.0}}, "times": 1}}]
     case = case_of({"amplitude": {"Qx": 36.0}, "times": 1}, load_path=path)
-    table = cycle_table(history, stages_of(case), lambda step: None, ended=True)
+    table = cycle_table(history, case, lambda step: None, ended=True)
     for name in ("energy_ratio", "sliding_ratio", "reversal_stiffness"):
         assert math.isnan(table.columns[name][0])
     assert table.columns["force_range"][0] == 0.0
@@ -192,7 +192,8 @@ def test_round_off_of_a_force_is_no_loop() -> None:
 def test_line_contact_has_its_energy_and_no_displacement() -> None:
     history = loop(18.0, 10)
     history["delta_x"] = history["delta_y"] = np.full(len(history["Qx"]), np.nan)
-    table = table_of(history, {"amplitude": {"Qx": 18.0}, "times": 1}, line=True)
+    case = line_case(load_path=[{"P": 400.0}, {"cycle": {"amplitude": {"Qx": 18.0}, "times": 1}}]).effective()
+    table = cycle_table(history, case, lambda step: None, ended=True)
     assert table.units["dissipated_energy"] == "mJ/mm"
     assert table.columns["force_range"][0] == pytest.approx(36.0)
     assert all(np.isnan(table.columns[name][0]) for name in ("energy_ratio", "sliding_amplitude", "reversal_stiffness"))
@@ -202,7 +203,7 @@ def test_slip_amplitude_is_half_of_the_slip_between_the_ends() -> None:
     history = loop(36.0, 5)
     case = case_of({"amplitude": {"Qx": 36.0}, "times": 1})
     slip = {5: np.full((2, 3, 3), 1e-3), 10: np.full((2, 3, 3), -2e-3)}
-    table = cycle_table(history, stages_of(case), slip.get, ended=True)
+    table = cycle_table(history, case, slip.get, ended=True)
     assert table.columns["slip_amplitude"][0] == pytest.approx(0.5 * 3e-3 * math.sqrt(2.0))
 
 

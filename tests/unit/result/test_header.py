@@ -10,17 +10,8 @@ import numpy as np
 import pytest
 from fake_states import fake_header
 
-from fretsolve.errors import CaseError, FileError
-from fretsolve.result.header import (
-    CHECKSUM,
-    LARGEST_HEADER,
-    RunHeader,
-    is_same_run,
-    require_header_texts,
-    require_same_run,
-    sealed,
-    unsealed,
-)
+from fretsolve.errors import FileError
+from fretsolve.result.header import CHECKSUM, RunHeader, is_same_run, require_same_run, sealed, unsealed
 
 
 def test_text_and_back() -> None:
@@ -35,37 +26,9 @@ def test_text_and_back() -> None:
 def test_a_changed_text_is_damage() -> None:
     text = sealed({"a": 1, "b": [2.5]})
     assert unsealed(text) == {"a": 1, "b": [2.5]}
-    for other in (text.replace("2.5", "2.6"), text.replace(CHECKSUM, "md5"), '{"a": 1}'):
+    for other in (text.replace("2.5", "2.6"), text.replace(CHECKSUM, "md5"), '{"a": 1}', "[1]"):
         with pytest.raises(ValueError, match="the checksum does not match"):
             unsealed(other)
-    with pytest.raises(ValueError, match="a JSON object is needed"):
-        unsealed("[1]")
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "message"),
-    [
-        ("every", 0, "every must be a number of increments"),
-        ("errors", 1, "every must be a number of increments, errors true or false"),
-        ("x", [0.0, float("nan")], "x and y must be numbers"),
-        ("effective_case", "[]", "effective_case is not a case"),
-        ("effective_case", '{"grid": 3}', "effective_case is not a case"),
-        ("coupling", None, "coupling is not a text"),
-    ],
-)
-def test_values_that_no_run_has(name: str, value: object, message: str) -> None:
-    values = json.loads(fake_header().to_json())
-    del values[CHECKSUM]
-    with pytest.raises(ValueError, match=message):
-        RunHeader.from_json(sealed(values | {name: value}))
-
-
-def test_a_status_is_one_of_four() -> None:
-    attributes = fake_header().attributes("failed", ("no solution", "sliding"))
-    require_header_texts(attributes)
-    assert (attributes["failure"], attributes["failure_kind"]) == ("no solution", "sliding")
-    with pytest.raises(ValueError, match="the status is 'done'; one of complete, failed, running, stopped is needed"):
-        require_header_texts(attributes | {"status": "done"})
 
 
 def test_which_increments_keep_their_fields() -> None:
@@ -111,9 +74,3 @@ def test_files_that_the_case_names_count() -> None:
     one, other = fake_header(), replace(fake_header(), inputs=json.dumps({"map.npy": "0f"}))
     with pytest.raises(FileError, match=r'content of\.map\.npy is absent there, "0f" now'):
         require_same_run(Path("a.h5"), one.attributes("stopped"), other)
-
-
-def test_a_header_that_could_not_be_read_again_is_refused() -> None:
-    fake_header().require_modest()
-    with pytest.raises(CaseError, match="shorten its title or comments"):
-        replace(fake_header(), case_yaml="#" * LARGEST_HEADER).require_modest()

@@ -112,7 +112,7 @@ def overwrite(out: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("end", "increments", "damaged"),
-    [("complete", 6, "fields/pressure"), ("failed", 4, "restart/displacement_x"), ("failed", 4, "history/P")],
+    [("complete", 6, "fields/pressure"), ("failed", 4, "restart"), ("failed", 4, "history/P")],
 )
 def test_a_damaged_result_removes_no_saved_increments(tmp_path: Path, end: str, increments: int, damaged: str) -> None:
     write_increments(tmp_path / "whole.h5", fake_header())
@@ -167,13 +167,6 @@ def test_of_a_failed_result_and_its_parts_the_longer_is_taken(
         assert len(writer.notes) == (saved > failed)
     write_increments(out, fake_header(), resume=True)
     assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
-
-
-def test_a_failed_result_wins_over_damaged_parts(out: Path) -> None:
-    beside_parts(out, 4, "failed", 3)
-    overwrite(parts_folder(out) / "000001-000001.h5", "fields/pressure")
-    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
-        assert len(writer.summaries) == 3
 
 
 @pytest.mark.parametrize("stop_after", [2, None])
@@ -252,11 +245,3 @@ def test_damaged_part_is_set_aside_with_a_note_and_computed_again(tmp_path: Path
         write_increments(out, fake_header(), resume=True)
         assert out.read_bytes() == (tmp_path / "whole.h5").read_bytes()
         out.unlink()
-
-
-def test_missing_part_ends_what_is_taken_up(out: Path) -> None:
-    write_increments(out, fake_header(), stop_after=5)
-    (parts_folder(out) / "000002-000002.h5").unlink()
-    assert open_result(out).increments == 2
-    with HistoryWriter.open(out, fake_header(), resume=True) as writer:
-        assert len(writer.summaries) == 2

@@ -10,7 +10,7 @@ from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, NO_POISSON, build, so
 
 from fretsolve.model.required_terms import derive_model
 from fretsolve.reference.tangential import cattaneo_mindlin
-from fretsolve.setup.closed_forms.area_forms import ClosedForms
+from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.problem_setup import set_up
 
 P = {"P": 400.0}
@@ -159,16 +159,6 @@ def test_the_stick_radius_under_a_displacement_is_that_of_a_run() -> None:
 )
 def test_where_no_closed_form_gives_the_stick_zone(stages: list[Any], parts: dict[str, Any]) -> None:
     assert smallest(*stages, **parts) is None
-
-
-def test_width_of_other_shapes() -> None:
-    modulus = MATERIAL.contact_modulus
-    cone = forms_of(surface={"cone": {"angle": 0.02}})
-    assert cone.contact_width(1.0) == pytest.approx(2.0 * math.sqrt(800.0 / (math.pi * modulus * math.tan(0.02))))
-    cylinder = forms_of(surface={"cylinder": {"radius": 10.0, "axis": "x"}})
-    assert cylinder.contact_width(2.0) == pytest.approx(2.0 * math.sqrt(4.0 * 200.0 * 10.0 / (math.pi * modulus)))
-    assert forms_of(surface={"punch": {"half_width": 0.2}}).contact_width(1.0) == 0.4
-    assert forms_of(surface=[{"cone": {"angle": 0.02}}, {"sphere": {"radius": 10.0}}]).contact_width(1.0) is None
 
 
 def test_forces_of_a_result() -> None:

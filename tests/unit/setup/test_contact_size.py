@@ -9,7 +9,8 @@ from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, build
 from fretsolve.errors import CaseError
 from fretsolve.model.load_control import LoadControl
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
-from fretsolve.setup.contact_size import AREA_MARGIN, COARSENED, contact_size, room_for_coarse_runs
+from fretsolve.setup.contact_search import contact_size
+from fretsolve.setup.contact_size import AREA_MARGIN, COARSENED, room_for_coarse_runs
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation.error_bars.coarse_runs import coarser
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from line_cases import CATTANEO, DISSIMILAR, FRICTION, HERTZ, LOAD, SHEAR_FORCE, A, line_case
 
-from fretsolve.setup.closed_forms.line_forms import LineClosedForms
+from fretsolve.setup.line_forms import LineClosedForms
 from fretsolve.setup.problem_setup import set_up
 
 UNIT = 4.0 * FRICTION * HERTZ.max_pressure

@@ -5,53 +5,19 @@ from __future__ import annotations
 import math
 
 import pytest
-from solving import HERTZ, MATERIAL, A, build
+from solving import MATERIAL, A, build
 
-from fretsolve.reference.hertz import love_cone, love_cone_at
-from fretsolve.setup.closed_forms.normal_forms import NormalForms, is_tilted, pressing, round_contact
+from fretsolve.reference.hertz import love_cone
+from fretsolve.setup.closed_forms import ClosedForms
 from fretsolve.setup.problem_setup import set_up
 
 MODULUS = MATERIAL.contact_modulus
 STRAIGHT = {"cylinder": {"radius": 10.0, "axis": 0.0, "length": 2.0, "end_radius": 0.2}}
 
 
-def forms_of(surface: object, *loads: dict[str, float]) -> NormalForms:
+def forms_of(surface: object, *loads: dict[str, float]) -> ClosedForms:
     path = list(loads or [{"P": 400.0}])
     return set_up(build(surface=surface, load_path=path, grid={"points": 12, "size": 3.0})).closed_forms
-
-
-def test_a_force_counts_before_an_approach() -> None:
-    assert pressing({"P": 400.0, "delta_z": 1e-3}) == ("P", 400.0)
-    assert pressing({"delta_z": 1e-3, "Qx": 2.0}) == ("delta_z", 1e-3)
-
-
-@pytest.mark.parametrize(
-    ("load", "tilted"),
-    [({"P": 400.0}, False), ({"P": 400.0, "My": 0.0}, False), ({"P": 400.0, "phi_x": 1e-6}, True), ({"Mx": 1.0}, True)],
-)
-def test_moments_and_rotations_tilt_unless_they_are_0(load: dict[str, float], tilted: bool) -> None:
-    assert is_tilted(load) is tilted
-
-
-def test_contacts_of_round_surfaces() -> None:
-    sphere, hollow, cone, punch = (
-        build(surface=one, grid={"points": 8}).surface[0]
-        for one in (
-            {"sphere": {"radius": 10.0}},
-            {"ellipsoid": {"radius_x": -10.0, "radius_y": -10.0}},
-            {"cone": {"angle": 0.02}},
-            {"punch": {"radius": 0.4}},
-        )
-    )
-    assert round_contact(sphere, MODULUS, "P", 400.0) == HERTZ
-    assert round_contact(hollow, MODULUS, "P", 400.0) == HERTZ
-    by_approach = round_contact(sphere, MODULUS, "delta_z", HERTZ.delta_z)
-    assert by_approach is not None
-    assert by_approach.load == pytest.approx(400.0)
-    assert round_contact(cone, MODULUS, "P", 400.0) == love_cone(400.0, 0.02, MODULUS)
-    assert round_contact(cone, MODULUS, "delta_z", 1e-3) == love_cone_at(1e-3, 0.02, MODULUS)
-    assert round_contact(punch, MODULUS, "P", 400.0) is None
-    assert round_contact(sphere, MODULUS, "P", 0.0) is None
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ from solving import build
 
 from fretsolve import load_case
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.setup.warnings import case_warnings
-from fretsolve.setup.warnings.resolution import cylinder_contact
+from fretsolve.setup.warnings import case_warnings, cylinder_contact
 
 FINE = CASE.replace("points: 16", "points: 64")
 CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.yaml"))

@@ -8,13 +8,13 @@ import pytest
 from line_cases import line_case
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
 
-from fretsolve.commands.messages.wear_summary import wear_lines
+from fretsolve.commands.messages.case_summary import wear_lines
 from fretsolve.errors import CaseError
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.reference.worn_contact import volume_scale
-from fretsolve.setup.closed_forms.wear_forms import worn_cycles, worn_radius
 from fretsolve.setup.problem_setup import set_up
 from fretsolve.setup.warnings import case_warnings
+from fretsolve.setup.wear_forms import worn_cycles, worn_radius
 
 WEAR = {"law": "energy", "alpha": 1e-7}
 SLIDING = cattaneo_mindlin(HERTZ, FRICTION, FRICTION * LOAD, MATERIAL.tangential).delta_x

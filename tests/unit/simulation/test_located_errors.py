@@ -13,7 +13,7 @@ from fretsolve import run
 from fretsolve.case.loading import load_case
 from fretsolve.errors import GridEdgeError, NoSolutionError, SlidingError
 from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.located_errors import locate
+from fretsolve.simulation.simulation import locate
 
 
 def located(folder: Path, error: NoSolutionError, *sets: str, step: int) -> NoSolutionError:

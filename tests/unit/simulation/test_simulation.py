@@ -12,9 +12,9 @@ from solving import DISSIMILAR, build
 
 from fretsolve import load_case, run
 from fretsolve.elastic import cache_block, convolution
-from fretsolve.errors import CaseError, GridEdgeError, SlidingError
+from fretsolve.errors import CaseError, SlidingError
 from fretsolve.kernels import on_grid
-from fretsolve.simulation.simulation import _has_trend, set_up, states_of
+from fretsolve.simulation.simulation import set_up
 
 PARTS = {
     "bodies": DISSIMILAR,
@@ -26,14 +26,6 @@ PARTS = {
         {"P": 300.0, "increments": 2},
     ],
 }
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _estimates_on_small_grids():
-    """Estimate increments by the ones before on the grids of these tests, where it takes little time."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fretsolve.simulation.simulation.LEAST_CELLS", 48 * 48)
-        yield
 
 
 @pytest.fixture(scope="module")
@@ -66,12 +58,6 @@ def test_resuming_gives_the_same_to_the_last_bit(states, done):
 
 def test_resuming_a_complete_run_does_nothing(states):
     assert list(run(build(**PARTS), states[-1], [state.summary for state in states])) == []
-
-
-def test_running_twice_gives_the_same(states):
-    setup = set_up(build(**PARTS))
-    for found, wanted in zip(run(setup), states, strict=True):
-        assert_same(found, wanted)
 
 
 def test_threads_change_no_bit(monkeypatch):
@@ -150,11 +136,6 @@ class TestErrorsAreLocated:
         assert str(error).startswith(f"{path}:13: stage.3.Qx: gross slip")
         assert str(error).endswith("(increment 2, stage 3)")
 
-    def test_edge(self, tmp_path):
-        path, error = self.located(tmp_path, self.TEXT.replace("points: 16", "points: 16, size: 0.5 mm"), GridEdgeError)
-        assert str(error).startswith(f"{path}:5: grid.size: ")
-        assert "would do" in str(error)
-
     def test_no_size_to_be_found(self, tmp_path):
         text = self.TEXT.replace("sphere: {radius: 10 mm}", "cylinder: {radius: 10 mm, axis: x}")
         path, error = self.located(tmp_path, text, CaseError)
@@ -185,56 +166,6 @@ def test_states_cannot_be_written_to():
     (state,) = run(build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0}]))
     for array in (*vars(state.fields).values(), state.displacement):
         assert array is None or not array.flags.writeable
-
-
-def test_change_over_an_increment_within_a_stage(states):
-    """It is kept where the next increment of the stage is estimated by it."""
-    kept = [state.summary.step for state in states if state.change is not None]
-    assert kept == [0, 2, 4, 6]
-    for step in kept[1:]:
-        change, after, before = states[step].change, states[step], states[step - 1]
-        np.testing.assert_allclose(change.pressure, after.fields.pressure - before.fields.pressure, rtol=1e-6)
-        np.testing.assert_allclose(change.shear, after.fields.shear - before.fields.shear, rtol=1e-6)
-        np.testing.assert_allclose(change.displacement, after.displacement - before.displacement, rtol=1e-6)
-        assert [array.dtype.name for array in vars(change).values()] == ["float32", "float32", "float64"]
-        assert not any(array.flags.writeable for array in vars(change).values())
-
-
-@pytest.mark.parametrize(
-    "parts",
-    [
-        {"friction": 0.0, "load_path": [{"P": 400.0, "increments": 3}]},
-        {"solver": {"precision": "single", "tolerance": 1e-4}},
-        {"solver": {"tolerance": 1e-9}},
-        {"grid": {"points": [48, 47], "size": 0.8}},
-        {"load_path": [{"P": 400.0, "increments": 1}, {"Qx": 20.0, "bulk_1": {"xx": 50.0}, "increments": 3}]},
-        {"plane": "strain", "grid": {"points": 2304, "size": 0.8}},
-    ],
-    ids=["no shear", "single precision", "small tolerance", "small grid", "bulk stress", "line contact"],
-)
-def test_no_change_is_kept_where_no_increment_is_estimated_by_it(parts):
-    path = [{"P": 400.0, "increments": 1}, {"Qx": 20.0, "increments": 3}]
-    setup = set_up(build(**{"bodies": DISSIMILAR, "grid": {"points": 48, "size": 0.8}, "load_path": path} | parts))
-    assert [_has_trend(setup, setup.load_path, step, saved=True) for step in range(5)] == [False] * 5
-
-
-def test_an_estimate_by_the_increment_before_saves_applications(monkeypatch):
-    path = [{"P": 400.0, "increments": 1}, {"Qx": 30.0, "increments": 8}]
-    case = build(bodies=DISSIMILAR, grid={"points": 48, "size": 0.8}, load_path=path)
-    estimated = list(run(case))
-    monkeypatch.setattr("fretsolve.simulation.simulation.LARGEST_GROWTH", 0.0)
-    plain = list(run(case))
-    applications = [sum(state.summary.operator_applications for state in found) for found in (estimated, plain)]
-    assert applications[0] < 0.95 * applications[1]
-    assert estimated[-1].summary.work_total == pytest.approx(plain[-1].summary.work_total, rel=1e-5)
-
-
-def test_a_contact_outgrows_the_region_that_its_slip_was_estimated_for():
-    path = [{"P": 376.0, "increments": 6}]
-    setup = set_up(build(bodies=DISSIMILAR, grid={"points": [8, 80], "size": 0.9}, load_path=path))
-    found = list(states_of(setup, measured=lambda _: True))  # whose increments are estimated by the ones before
-    assert len(found) == 6
-    assert all(state.summary.worst_residual <= setup.case.solver.tolerance for state in found)
 
 
 def test_work_is_the_sum_of_its_density():

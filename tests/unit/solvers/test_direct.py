@@ -16,7 +16,7 @@ import fretsolve.increment.staggered_iteration as staggered
 from fretsolve import run
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.operator_on_grid import operator_on
-from fretsolve.friction.bound import FrictionBound
+from fretsolve.friction.limit import FrictionLimit
 from fretsolve.model.grid import Grid
 from fretsolve.result.state import State
 from fretsolve.setup.problem_setup import set_up
@@ -191,7 +191,7 @@ def test_a_cell_that_joins_slips_as_its_neighbours_do() -> None:
     shear, slipping = np.zeros((2, 3, 3)), np.zeros((3, 3), bool)
     slipping[0], shear[0, 0], shear[1, 0] = True, 3.0, [0.0, 0.0, 6.0]  # the row 3 of the grid slips
     arguments = np.full(9, 1000.0), shear.reshape(2, -1).ravel(), slipping.ravel(), np.zeros(6)
-    work = DirectContact(FrictionBound(0.1), contact, cells, *arguments)
+    work = DirectContact(FrictionLimit(0.1), contact, cells, *arguments)
     grown = contact.copy()
     grown[2, 4] = grown[6, 4] = True
     index = np.flatnonzero(grown)

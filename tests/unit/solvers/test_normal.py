@@ -94,13 +94,6 @@ def test_imposed_tilt():
     assert my / 400.0 == pytest.approx(0.04, rel=0.02)
 
 
-def test_distance_only_adds_to_the_approach():
-    near, pressure, _ = solve()
-    far, same, _ = solve(separation=SPHERE + 0.01)
-    assert far.rigid[0] == pytest.approx(near.rigid[0] + 0.01, rel=1e-6)
-    np.testing.assert_allclose(same, pressure, atol=1e-4 * pressure.max())
-
-
 def test_where_there_is_no_material_nothing_presses():
     holes = SPHERE.copy()
     holes[10:14, 9:12] = np.inf

@@ -103,14 +103,6 @@ def test_full_stick_is_linear():
     assert np.hypot(*slip).max() < 1e-10
 
 
-def test_known_displacements_are_followed():
-    """A prestrain that is a rigid motion itself is met by the rigid motion, and by no shear."""
-    known = NOTHING_KNOWN + np.array([2e-4, -1e-4])[:, None, None]
-    result, shear, _, _ = solve(forces(), known=known)
-    assert np.abs(shear).max() < 1e-6 * LIMIT.max()
-    assert result.rigid[:2] == pytest.approx([-2e-4, 1e-4], rel=1e-6)
-
-
 def test_prestrain_is_relaxed_by_slip():
     known = 1e-3 * np.stack(np.broadcast_arrays(GRID.x[:, None], GRID.y[None, :]))
     result, shear, slip, one = solve(forces(), known=known, motion=1e-3)
@@ -166,9 +158,3 @@ def test_too_few_iterations_are_reported():
     result, _, _, _ = solve(LOADS[0], most=1)
     assert not result.converged
     assert result.residual > TOLERANCE
-
-
-def test_iterations_are_few():
-    """Plain conjugate gradients take hundreds at 0.9 of the limit."""
-    result, _, _, _ = solve(LOADS[0])
-    assert result.iterations < 60

@@ -1,11 +1,87 @@
+"""Coefficients of stress against quadrature of the point solutions, and layers by convolution against direct sums."""
+
 from __future__ import annotations
+
+import math
+from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import result_of
+from small_cases import LOOP, write_case
 
+from fretsolve import open_result
+from fretsolve.errors import CaseError
 from fretsolve.model.grid import Grid
-from fretsolve.stress.halfspace.direct import point_influence
-from fretsolve.stress.halfspace.layers import LayerConvolution
+from fretsolve.stress import request as requests
+from fretsolve.stress.influence import COMPONENTS, TRACTIONS, point_influence, potential, stress_terms
+from fretsolve.stress.layers import LayerConvolution
+from fretsolve.stress.request import disk_problem, layers, memory_problem, stress_request
+from fretsolve.stress.tractions import TractionHistory, bounding_window
+
+
+def coefficient(component, traction, at, nu, cell, body=2):
+    x, y, z = at
+    terms = stress_terms(component, traction, z, nu, body)
+    offsets = np.array([x]), np.array([y])
+    return sum(factor * potential(name, *offsets, z, *cell)[0, 0] for name, factor in terms.items())
+
+
+def normal_force(component, x, y, z, nu):
+    """Boussinesq: a unit force along +z at the origin."""
+    rho, r2, e = np.sqrt(x * x + y * y + z * z), x * x + y * y, 1 - 2 * nu
+    values = {
+        "xx": e / r2 * ((1 - z / rho) * (x * x - y * y) / r2 + z * y * y / rho**3) - 3 * z * x * x / rho**5,
+        "yy": e / r2 * ((1 - z / rho) * (y * y - x * x) / r2 + z * x * x / rho**3) - 3 * z * y * y / rho**5,
+        "zz": -3 * z**3 / rho**5,
+        "xy": e / r2 * ((1 - z / rho) * 2 * x * y / r2 - x * y * z / rho**3) - 3 * x * y * z / rho**5,
+        "xz": -3 * x * z**2 / rho**5,
+        "yz": -3 * y * z**2 / rho**5,
+    }
+    return values[component] / (2 * math.pi)
+
+
+def tangential_force(component, x, y, z, nu):
+    """Cerruti: a unit force along +x at the origin."""
+    rho, e = np.sqrt(x * x + y * y + z * z), 1 - 2 * nu
+    s = rho + z
+    values = {
+        "xx": -3 * x**3 / rho**5
+        + e * (x / rho**3 - 3 * x / (rho * s**2) + x**3 / (rho**3 * s**2) + 2 * x**3 / (rho**2 * s**3)),
+        "yy": -3 * x * y**2 / rho**5
+        + e * (x / rho**3 - x / (rho * s**2) + x * y**2 / (rho**3 * s**2) + 2 * x * y**2 / (rho**2 * s**3)),
+        "zz": -3 * x * z**2 / rho**5,
+        "xy": -3 * x**2 * y / rho**5
+        + e * (-y / (rho * s**2) + x**2 * y / (rho**3 * s**2) + 2 * x**2 * y / (rho**2 * s**3)),
+        "xz": -3 * x**2 * z / rho**5,
+        "yz": -3 * x * y * z / rho**5,
+    }
+    return values[component] / (2 * math.pi)
+
+
+def point_solution(component, traction, x, y, z, nu):
+    if traction == "p":
+        return normal_force(component, x, y, z, nu)
+    if traction == "qx":
+        return tangential_force(component, x, y, z, nu)
+    swapped = {"xx": "yy", "yy": "xx", "xz": "yz", "yz": "xz"}.get(component, component)
+    return tangential_force(swapped, y, x, z, nu)
+
+
+@pytest.mark.parametrize("traction", TRACTIONS)
+@pytest.mark.parametrize("component", COMPONENTS)
+@pytest.mark.parametrize(("dx", "dy"), [(0.01, 0.01), (0.02, 0.013)])
+def test_coefficients_are_the_integrals_of_the_point_solutions(component, traction, dx, dy):
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    for nu in (0.0, 0.3, 0.5):
+        for x, y, z in [(0.031, -0.017, 0.02), (-0.021, 0.05, 0.0), (0.003, 0.002, 0.03), (0.3, 0.2, 0.1)]:
+            x, y, z = x * dx / 0.01, y * dx / 0.01, z * dx / 0.01
+            from_x, from_y = x - 0.5 * dx * nodes[:, None], y - 0.5 * dy * nodes[None, :]
+            values = point_solution(component, traction, from_x, from_y, z, nu)
+            exact = 0.25 * dx * dy * float(weights @ values @ weights)
+            scale = dx * dy / (x * x + y * y + z * z)
+            assert coefficient(component, traction, (x, y, z), nu, (dx, dy)) == pytest.approx(exact, abs=3e-12 * scale)
+
 
 GRID = Grid(13, 10, 0.02, 0.03, 0.01, -0.02)
 WHOLE = slice(0, 13), slice(0, 10)
@@ -55,25 +131,28 @@ def test_threads_give_the_same_bits():
     np.testing.assert_array_equal(*results)
 
 
-def test_a_layer_carries_the_loads():
-    """The integral of zz is -P, of xz -Qx and of yz -Qy, less the few per cent of shear that pass outside of the grid.
+def test_groups_of_increments_give_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the spectra of all increments do not fit, they are computed in groups."""
+    with open_result(result_of(write_case(tmp_path, LOOP))) as result:
+        tractions = TractionHistory(result)
+        request = stress_request(tractions, result.steps, bodies=(1, 2), depths=(0.0, 0.05))
+        assert request.group == len(result.steps)
+        whole = {(one.body, one.depth_index, one.step_index): one.stress for one in layers(tractions, request)}
+        monkeypatch.setattr(requests, "SPECTRA_BYTES", 1)
+        assert request.group == 1
+        parts = {(one.body, one.depth_index, one.step_index): one.stress for one in layers(tractions, request)}
+        assert whole.keys() == parts.keys()
+        for key, stress in whole.items():
+            np.testing.assert_array_equal(parts[key], stress)
+        assert "fewer depths or increments" in str(disk_problem(request, 100))
+        assert disk_problem(request, None) is None
+        assert memory_problem(request, 1) is None
+        with pytest.raises(CaseError, match="the depth -1 mm is not one"):
+            stress_request(tractions, result.steps, depths=(-1.0,))
 
-    Those are integrated from the point solution of Cerruti.
-    """
-    half, depth = 4.0, 0.1
-    grid = Grid.from_size((256, 256), (2 * half, 2 * half))
-    loaded = (grid.x[:, None] ** 2 + grid.y**2) < 0.2**2
-    whole = slice(0, 256), slice(0, 256)
-    layer = LayerConvolution((grid.dx, grid.dy), whole, whole)
-    tractions = {"p": 1.0 * loaded, "qx": 0.3 * loaded, "qy": -0.1 * loaded}
-    kernels = layer.kernels(layer.potentials(depth, {2: 0.3}), depth, 0.3, 2)
-    total = layer.stress(kernels, layer.forward(tractions)).sum(axis=(1, 2)) / loaded.sum()
-    assert total[2] == pytest.approx(-1.0, rel=1e-3)
 
-    angles = (np.arange(720) + 0.5) * np.pi / 360.0
-    edge = half / np.maximum(np.abs(np.cos(angles)), np.abs(np.sin(angles)))
-    # The integral of 3 x^2 z/(2 pi rho^5) along each angle from there on.
-    far = 1.0 / np.hypot(edge, depth)
-    lost = np.sum(np.cos(angles) ** 2 * (3.0 * depth * far - (depth * far) ** 3)) / 720.0
-    assert total[4] == pytest.approx(-0.3 * (1.0 - lost), rel=1e-3)
-    assert total[5] == pytest.approx(0.1 * (1.0 - lost), rel=1e-3)
+def test_the_window_of_cells() -> None:
+    cells = np.zeros((7, 5), bool)
+    assert bounding_window(cells) == (slice(3, 4), slice(2, 3))
+    cells[2, 1] = cells[5, 1] = True
+    assert bounding_window(cells) == (slice(2, 6), slice(1, 2))

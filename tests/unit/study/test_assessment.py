@@ -13,10 +13,21 @@ from PIL import Image
 from small_cases import LOOP, write_case
 from studying import plan_of
 
-from fretsolve.study.assessment import Assessment, assess, front
+from fretsolve.errors import FileError
+from fretsolve.study.assessment import (
+    CSV_NAME,
+    HDF5_NAME,
+    PICTURE_NAME,
+    Assessment,
+    assess,
+    front,
+    require_own_folder,
+    write_study_csv,
+    write_study_hdf5,
+)
 from fretsolve.study.plan import StudyPlan
 from fretsolve.study.report import advice, notes, two_digits
-from fretsolve.sweep.outcome import Outcome
+from fretsolve.sweep.outcome import CaseOutcome
 
 
 def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]]) -> Assessment:
@@ -24,10 +35,10 @@ def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence
     return assess(plan, [outcome(cost, row) for cost, row in zip(seconds, values, strict=True)])
 
 
-def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> Outcome:
+def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | None = None) -> CaseOutcome:
     """The outcome of a run in one increment."""
     largest = np.abs(values if peaks is None else peaks)
-    return Outcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
+    return CaseOutcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
 
 
 def test_front() -> None:
@@ -134,3 +145,41 @@ def test_picture(tmp_path: Path) -> None:
     assert result.stdout.splitlines()[-1].endswith(str(picture))
     with Image.open(picture) as image:
         assert min(image.size) > 400
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> Assessment:
+    """Three runs that take 1, 2 and 3 s; delta_x is 10 % and 2 % wrong in those before the finest."""
+    plan = plan_of(tmp_path, ["grid.points=6,8,12"], quantities=["delta_x"])
+    found = {6: (1.0, 0.9e-3), 8: (2.0, 1.02e-3), 12: (3.0, 1.0e-3)}
+    outcomes = [
+        CaseOutcome(np.array([value]), np.full(1, np.nan), 4, seconds, 100, np.array([value]))
+        for seconds, value in (found[case.setup.grid.shape[0]] for case in plan.cases)
+    ]
+    return assess(plan, outcomes)
+
+
+def test_its_own_files_may_be_replaced(study: Assessment, tmp_path: Path) -> None:
+    folder = tmp_path / "own"
+    folder.mkdir()
+    require_own_folder(folder)
+    write_study_csv(folder / CSV_NAME, study)
+    write_study_hdf5(folder / HDF5_NAME, study, [])
+    (folder / "notes.txt").touch()  # beside its table others may lie
+    require_own_folder(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        (HDF5_NAME, b"no HDF5", r"study\.h5: is not the table of a study, so it is not replaced"),
+        (CSV_NAME, b"a,b\n", r"study\.csv: .*the table of a study"),
+        (PICTURE_NAME, b"\x89PNG", r"study\.png: .*a picture"),
+        ("notes.txt", b"", r"no study"),
+    ],
+)
+def test_files_of_others_stay(tmp_path: Path, name: str, content: bytes, message: str) -> None:
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(FileError, match=message):
+        require_own_folder(tmp_path)
+    assert (tmp_path / name).read_bytes() == content

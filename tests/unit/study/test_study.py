@@ -22,7 +22,6 @@ import fretsolve.commands.study as command
 from fretsolve import open_result
 from fretsolve.commands.messages.case_messages import CaseMessages
 from fretsolve.sweep.case_run import run_serially
-from fretsolve.sweep.status import missing
 
 
 @pytest.fixture
@@ -342,7 +341,7 @@ def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.Mo
     plan.cases[0].out.parent.mkdir()
     plan.cases[0].out.touch()
     monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
-    messages = CaseMessages(plan.manifest, missing(plan.manifest), 2, bar=True)
+    messages = CaseMessages(plan.manifest, plan.manifest.missing(), 2, bar=True)
     assert messages.bar is not None
     (task,) = messages.bar.tasks
     assert task.total == pytest.approx(plan.cases[1].expected.seconds)

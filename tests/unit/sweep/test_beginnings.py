@@ -12,7 +12,6 @@ from sweeping import assert_as_serial, write_sweep
 from fretsolve import open_result
 from fretsolve.errors import FretsolveError
 from fretsolve.increment.increment import IncrementSolver
-from fretsolve.result.empty_histories import EmptyHistories
 from fretsolve.sweep import beginnings
 from fretsolve.sweep.beginnings import FOLDER_NAME, Beginning, shared
 from fretsolve.sweep.case_run import CaseRunner
@@ -167,17 +166,3 @@ def test_a_stored_key_is_nothing_but_a_digest(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace(manifest.rows[0].shared[0].key, "../../../etc/pwd"))
     with pytest.raises(FretsolveError, match=r"not the manifest of a sweep: cases\.0\.shared\.0\.key"):
         read_manifest(manifest.folder)
-
-
-def test_results_of_a_sweep_begin_with_an_empty_history(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[bool] = []
-
-    def file(empty: EmptyHistories, *key: Any) -> bytes:
-        found = of_key(empty, *key)
-        made.append(bool(found))
-        return found
-
-    of_key = EmptyHistories.file
-    monkeypatch.setattr(EmptyHistories, "file", file)
-    run_all(plan_of(tmp_path))
-    assert made == [False, True, True, True, True, True]

@@ -21,14 +21,12 @@ from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
 from fretsolve.result import open_result
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
-from fretsolve.sweep.case_run import Report
-from fretsolve.sweep.engines import slurm, worker_pool
-from fretsolve.sweep.engines.slurm import job_name
+from fretsolve.sweep import slurm, worker_pool
 from fretsolve.sweep.manifest import read_manifest, write_manifest
 from fretsolve.sweep.outcome import read_outcome
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import read_quantity
-from fretsolve.sweep.status import states
+from fretsolve.sweep.slurm import job_name
 from fretsolve.sweep.table import collect
 
 # Points
@@ -120,38 +118,26 @@ def test_equal_cases_are_run_once(tmp_path: Path) -> None:
     assert len(list((tmp_path / "sweep.sweep" / "results").iterdir())) == 1
 
 
-def test_error_bars_and_common_settings(tmp_path: Path) -> None:
+def test_error_bars_corrected_values_and_common_settings(tmp_path: Path) -> None:
     sweep = """\
 case: case.yaml
-set: {load_path.*.increments: 1, grid.points: 16}
-error_bars: true
-axes: [friction: [0.1]]
-"""
-    outcome = invoke("sweep", "run", write_sweep(tmp_path, sweep), "-q")
-    assert (outcome.exit_code, outcome.output) == (0, "")
-    table = collect(read_manifest(tmp_path / "sweep.sweep"))
-    assert [outcome.increments for outcome in table.outcomes] == [2]
-    errors = {column.name: column.values[0] for column in table.errors}
-    assert errors["delta_x error"] > 0.0
-
-
-def test_corrected_values_are_collected_from_runs_with_error_bars(tmp_path: Path) -> None:
-    sweep = """\
-case: case.yaml
-set: {grid.points: 16}
+set: {load_path.*.increments: 2, grid.points: 16}
 error_bars: true
 quantities: [delta_x, delta_x_corrected]
 axes: [friction: [0.1]]
 """
     path = write_sweep(tmp_path, sweep)
-    assert invoke("sweep", "run", path, "-q").exit_code == 0
+    outcome = invoke("sweep", "run", path, "-q", "-j", 1)
+    assert (outcome.exit_code, outcome.output) == (0, "")
     table = collect(read_manifest(tmp_path / "sweep.sweep"))
+    assert [outcome.increments for outcome in table.outcomes] == [4]
     (result,) = (tmp_path / "sweep.sweep").glob("results/*.h5")
     with open_result(result) as found:
         expected = [found.history[name][-1] for name in ("delta_x", "delta_x_corrected")]
         bars = [found.history[f"{name}_error"][-1] for name in ("delta_x", "delta_x_corrected")]
     assert [column.values[0] for column in table.found] == expected
     assert [column.values[0] for column in table.errors] == bars
+    assert min(bars) > 0.0
     path.write_text(sweep.replace("error_bars: true\n", ""))
     refusal = invoke("sweep", "run", path, "-o", tmp_path / "other")
     assert refusal.exit_code == 2
@@ -232,7 +218,7 @@ def test_the_folder_of_another_sweep_is_not_taken(tmp_path: Path) -> None:
     assert refused(2, "sweep", "run", second, "-o", folder) == told
     assert (folder / "manifest.json").read_text() == before
     first.write_text(second.read_text())  # edited, it is the same
-    assert invoke("sweep", "run", first, "-q").exit_code == 0
+    assert invoke("sweep", "run", first, "-q", "-j", 1).exit_code == 0
     first.rename(second)  # as it is under another name
     assert invoke("sweep", "run", second, "-q", "-o", folder).exit_code == 0
 
@@ -246,14 +232,6 @@ def test_a_sweep_and_a_study_do_not_share_a_folder(tmp_path: Path) -> None:
     before = sorted(study.iterdir())
     assert refused(2, "sweep", "run", path, "-o", study) == f"{study}: holds a study; give another folder with -o\n"
     assert sorted(study.iterdir()) == before
-
-
-def test_results_that_were_just_written_are_not_read_again(tmp_path: Path) -> None:
-    manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
-    write_manifest(manifest)
-    reports = [Report(0, 3, "slides", increments=1), Report(1, 0, increments=3), Report(2, 0), Report(3, 4, "no room")]
-    found = [(one.status, one.exit_code, one.reason) for one in states(manifest, reports)]
-    assert found[:4] == [("no solution", 3, "slides"), ("complete", 0, ""), *[("waiting", None, "")] * 2]
 
 
 def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
@@ -340,7 +318,7 @@ def test_quiet_sweep_tells_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     lock = RunLock.acquire(parts_folder(result))
     sleep = worker_pool.time.sleep
     monkeypatch.setattr(worker_pool, "time", SimpleNamespace(sleep=lambda seconds: (lock.release(), sleep(seconds))))
-    outcome = invoke("sweep", "run", path, "-q")
+    outcome = invoke("sweep", "run", path, "-q", "-j", 1)
     assert (outcome.exit_code, outcome.stdout) == (0, "")
     assert outcome.stderr == "cases that other processes are running: 1; waiting for them\n"
     result.unlink()

@@ -9,16 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import invoke, refused
+from small_cases import SPHERE, write_case
 from sweeping import manifest_of, write_sweep
 
 from fretsolve.case.loading import read_case, validated
 from fretsolve.case.source import parse
-from fretsolve.errors import CaseError
-from fretsolve.sweep.engines import slurm
+from fretsolve.sweep import slurm
 from fretsolve.sweep.manifest import index_list
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.points import points_of, text_of
-from fretsolve.sweep.spec import SlurmSpec, SweepSpec
+from fretsolve.sweep.sweep_file import SlurmSpec, SweepSpec, points_of, text_of
 
 # Points
 
@@ -206,14 +205,6 @@ def test_index_list() -> None:
     assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
 
 
-def test_problem_of_a_point_has_the_line_of_its_value(tmp_path: Path) -> None:
-    text = read_case(write_sweep(tmp_path))
-    point = points_of(validated(SweepSpec, text.data, text.source), text.source)[0]
-    problem = point[0].problem("is wrong", ("inside",))
-    assert isinstance(problem, CaseError)
-    assert str(problem) == f"{tmp_path / 'sweep.yaml'}:4: axes.0.friction.0.inside: is wrong"
-
-
 @pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])
 def test_a_case_file_that_holds_no_case(tmp_path: Path, text: str, message: str) -> None:
     path = write_sweep(tmp_path, "case: case.yaml\nset: {grid.points: 8}\naxes: [friction: [0.1]]\n", text)
@@ -226,3 +217,11 @@ def test_results_beyond_the_disk_are_warned_of(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr("fretsolve.sweep.plan.free_bytes", lambda out: 500_000)
     (warning,) = make_sweep_plan(path, folder).warnings
     assert re.match(r"results of about 6\d\d kB are missing, 500 kB are free on the disk of ", warning)
+
+
+def test_cases_keep_their_names_from_version_to_version(tmp_path: Path) -> None:
+    """With other names every case of a folder would be solved again. A new version of the program changes them."""
+    write_case(tmp_path, SPHERE + "load_path:\n  - {P: 400 N}\n")
+    sweep = write_case(tmp_path, "case: case.yaml\naxes:\n  - friction: [0.1, 0.2]\n", "sweep.yaml")
+    plan = make_sweep_plan(sweep, tmp_path / "sweep")
+    assert [row.id for row in plan.manifest.rows] == ["ec42314f64c09485", "1c4491481b67220a"]

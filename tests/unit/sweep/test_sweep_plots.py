@@ -2,53 +2,48 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
+from numpy.typing import ArrayLike
 from pictures import figure_texts
 
 from fretsolve.errors import PictureError
-from fretsolve.sweep.manifest import Manifest, ManifestRow
-from fretsolve.sweep.outcome import Outcome, RunningCondition
+from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow
+from fretsolve.sweep.outcome import CaseOutcome, RunningCondition
 from fretsolve.sweep.plot import curve, independent_keys, running_condition_map, surface
-from fretsolve.sweep.status import CaseState
 from fretsolve.sweep.table import Column, Table, setting_column
 
-LOADS, SHIFTS = ("100 N", "200 N", "400 N"), ("1 um", "2 um")
+LOADS, SHIFTS = (100, 200, 400), (1, 2)
+LOAD, SHIFT, BACK = "load_path.0.P", "load_path.1.delta_x", "load_path.2.delta_x"
 
 
-def table_of(missing: int = -1) -> Table:
-    """Three loads crossed with two displacements; work is load times displacement."""
-    points = [(load, shift) for load in LOADS for shift in SHIFTS]
-    rows = tuple(
-        ManifestRow(index, f"{index:x}", {"load_path.0.P": load, "load_path.1.delta_x": shift}, 1.0)
-        for index, (load, shift) in enumerate(points)
-    )
-    manifest = Manifest(Path(), Path(), "a $title$", Path(), (), ("work_total",), 1, 1.0, rows)
-    states = tuple(CaseState(row, "waiting" if row.index == missing else "complete") for row in rows)
-    work = np.array([float(load.split()[0]) * float(shift.split()[0]) * 1e-6 for load, shift in points])
-    if missing >= 0:
-        work[missing] = np.nan
+def table_of(points: Sequence[Mapping[str, str]] = (), work: ArrayLike = (), *more: Column, missing: int = -1) -> Table:
+    """A sweep at `points`, by default three loads crossed with two displacements, where work is their product."""
+    crossed = [(load, shift) for load in LOADS for shift in SHIFTS]
+    points = points or [{LOAD: f"{load} N", SHIFT: f"{shift} um"} for load, shift in crossed]
+    values = np.array(work if len(points) == np.size(work) else [1e-6 * load * shift for load, shift in crossed])
+    rows = tuple(ManifestRow(index, f"{index:x}", point, 1.0) for index, point in enumerate(points))
     conditions: list[RunningCondition] = ["gross slip" if row.index % 2 else "partial slip" for row in rows]
+    if missing >= 0:
+        values[missing], conditions[missing] = np.nan, ""
     nothing = np.full(1, np.nan)
+    manifest = Manifest(Path(), Path(), "a $title$", Path(), (), ("work_total",), 1, 1.0, rows)
     return Table(
         manifest,
-        states,
-        tuple(
-            Outcome(nothing, nothing, 1, running_condition="" if row.index == missing else condition)
-            for row, condition in zip(rows, conditions, strict=True)
-        ),
+        tuple(CaseState(row, "waiting" if row.index == missing else "complete") for row in rows),
+        tuple(CaseOutcome(nothing, nothing, 1, running_condition=one) for one in conditions),
         tuple(setting_column(key, rows) for key in manifest.keys),
-        (Column("work_total", "mJ", work),),
-        (Column("work_total error", "mJ", 0.1 * work),),
+        (Column("work_total", "mJ", values), *more),
+        (Column("work_total error", "mJ", 0.1 * values),),
     )
 
 
 def test_curve_has_a_line_with_error_bars_for_each_value_of_the_other_key() -> None:
-    axes = curve(table_of(), "work_total", "load_path.0.P").axes[0]
+    axes = curve(table_of(), "work_total", LOAD).axes[0]
     assert len(axes.containers) == 2
     line, _, (bars,) = axes.containers[1]
     np.testing.assert_array_equal(line.get_xdata(), [100.0, 200.0, 400.0])
@@ -60,7 +55,7 @@ def test_curve_has_a_line_with_error_bars_for_each_value_of_the_other_key() -> N
 
 
 def test_map_puts_each_case_at_its_place() -> None:
-    axes = surface(table_of(missing=5), "work_total", ("load_path.1.delta_x", "load_path.0.P")).axes[0]
+    axes = surface(table_of(missing=5), "work_total", (SHIFT, LOAD)).axes[0]
     (mesh,) = [artist for artist in axes.collections if isinstance(artist, QuadMesh)]
     values = mesh.get_array()
     np.testing.assert_allclose(values.reshape(3, 2)[:, 0], [0.1, 0.2, 0.4])
@@ -71,7 +66,7 @@ def test_map_puts_each_case_at_its_place() -> None:
 
 
 def test_running_condition_marks_each_case() -> None:
-    figure = running_condition_map(table_of(missing=0), ("load_path.1.delta_x", "load_path.0.P"))
+    figure = running_condition_map(table_of(missing=0), (SHIFT, LOAD))
     partial, gross = figure.axes[0].lines
     assert sorted(partial.get_ydata().tolist()) == [200.0, 400.0]
     assert gross.get_xdata().tolist() == [2.0] * 3
@@ -84,9 +79,9 @@ def test_what_cannot_be_drawn() -> None:
     with pytest.raises(PictureError, match=r"'P' is not a column of the sweep; it has load_path\.0\.P"):
         curve(table, "work_total", "P")
     with pytest.raises(PictureError, match="not a column"):
-        curve(table, "delta_x", "load_path.0.P")
+        curve(table, "delta_x", LOAD)
     with pytest.raises(PictureError, match=r"load_path.0.P varies as well"):
-        surface(table, "work_total", ("load_path.1.delta_x", "load_path.1.delta_x"))
+        surface(table, "work_total", (SHIFT, SHIFT))
     mixed = setting_column("title", [ManifestRow(0, "0", {"title": "a"}, 1.0)])
     assert mixed.values.tolist() == ["a"]
 
@@ -98,21 +93,10 @@ def test_settings_in_different_units_are_texts() -> None:
 
 
 def test_tied_keys_are_one_axis_and_conditions_have_borders() -> None:
-    rows = tuple(
-        ManifestRow(index, f"{index:x}", {"load_path.1.delta_x": f"{d} um", "load_path.2.delta_x": f"-{d} um"}, 1.0)
-        for index, d in enumerate((1, 2, 3))
-    )
-    table = replace(
-        table_of(),
-        manifest=replace(table_of().manifest, rows=rows),
-        states=tuple(CaseState(row, "complete") for row in rows),
-        settings=tuple(setting_column(key, rows) for key in rows[0].settings),
-        found=(Column("work_total", "mJ", np.array([1.0, 2.0, 4.0])),),
-        errors=(),
-    )
-    (bars,) = curve(table, "work_total", "load_path.1.delta_x").axes[0].containers
+    table = table_of([{SHIFT: f"{d} um", BACK: f"-{d} um"} for d in (1, 2, 3)], [1.0, 2.0, 4.0])
+    (bars,) = curve(table, "work_total", SHIFT).axes[0].containers
     np.testing.assert_allclose(bars[0].get_ydata(), [1.0, 2.0, 4.0])
-    axes = running_condition_map(table_of(), ("load_path.1.delta_x", "load_path.0.P")).axes[0]
+    axes = running_condition_map(table_of(), (SHIFT, LOAD)).axes[0]
     assert axes.get_xlabel() == r"rigid displacement along x $\delta_x$ (µm)"
     borders = [path for artist in axes.collections if not artist.get_fill() for path in artist.get_paths()]
     (border,) = [path.vertices for path in borders if len(path.vertices)]
@@ -121,10 +105,8 @@ def test_tied_keys_are_one_axis_and_conditions_have_borders() -> None:
 
 
 def test_energy_ratios_are_contours_and_neighbours_have_one_border() -> None:
-    table = table_of()
-    ratios = np.array([0.05 if one.running_condition == "partial slip" else 0.35 for one in table.outcomes])
-    table = replace(table, found=(*table.found, Column("energy_ratio", "1", ratios)))
-    figure = running_condition_map(table, ("load_path.1.delta_x", "load_path.0.P"))
+    table = table_of((), (), Column("energy_ratio", "1", np.array([0.05, 0.35] * 3)))
+    figure = running_condition_map(table, (SHIFT, LOAD))
     assert figure_texts(figure) == ["partial slip", "gross slip", "energy ratio"]
     axes = figure.axes[0]
     assert [text.get_text() for text in axes.texts] == ["0.1", "0.2", "0.3"]
@@ -134,20 +116,8 @@ def test_energy_ratios_are_contours_and_neighbours_have_one_border() -> None:
 
 
 def test_many_lines_have_a_colour_bar() -> None:
-    rows = tuple(
-        ManifestRow(
-            index, f"{index:x}", {"load_path.0.P": f"{100 + index // 2} N", "friction": f"0.{1 + index % 2}"}, 1.0
-        )
-        for index in range(20)
-    )
-    table = replace(
-        table_of(),
-        manifest=replace(table_of().manifest, rows=rows),
-        states=tuple(CaseState(row, "complete") for row in rows),
-        settings=tuple(setting_column(key, rows) for key in rows[0].settings),
-        found=(Column("work_total", "mJ", np.arange(20.0)),),
-        errors=(),
-    )
+    points = [{LOAD: f"{100 + index // 2} N", "friction": f"0.{1 + index % 2}"} for index in range(20)]
+    table = table_of(points, np.arange(20.0))
     axes = curve(table, "work_total", "friction").axes[0]
     assert axes.get_xlabel() == "coefficient of friction"
     (bar,) = axes.child_axes
@@ -155,33 +125,16 @@ def test_many_lines_have_a_colour_bar() -> None:
     assert [text.get_text() for text in bar.get_yticklabels()] == ["100", "102", "104", "107", "109"]
 
 
-def tied_table() -> Table:
+def tied_table(*more: Column) -> Table:
     """Two tied displacements crossed with three loads."""
-    points = [(shift, load) for shift in ("1 um", "2 um") for load in LOADS]
-    rows = tuple(
-        ManifestRow(
-            index,
-            f"{index:x}",
-            {"load_path.1.delta_x": shift, "load_path.2.delta_x": f"-{shift}", "load_path.0.P": load},
-            1.0,
-        )
-        for index, (shift, load) in enumerate(points)
-    )
-    ratios = np.linspace(0.02, 0.09, len(rows))
-    return replace(
-        table_of(),
-        manifest=replace(table_of().manifest, rows=rows),
-        states=tuple(CaseState(row, "complete") for row in rows),
-        settings=tuple(setting_column(key, rows) for key in rows[0].settings),
-        found=(Column("work_total", "mJ", np.arange(6.0)), Column("energy_ratio", "1", ratios)),
-        errors=(),
-    )
+    points = [{SHIFT: f"{d} um", BACK: f"-{d} um", LOAD: f"{load} N"} for d in SHIFTS for load in LOADS]
+    return table_of(points, np.arange(6.0), Column("energy_ratio", "1", np.linspace(0.02, 0.09, 6)), *more)
 
 
 def test_maps_are_over_keys_that_vary_apart() -> None:
     table = tied_table()
-    assert independent_keys(table) == ["load_path.1.delta_x", "load_path.0.P"]
-    tied = ("load_path.1.delta_x", "load_path.2.delta_x")
+    assert independent_keys(table) == [SHIFT, LOAD]
+    tied = (SHIFT, BACK)
     with pytest.raises(PictureError, match=r"load_path\.0\.P varies as well"):
         running_condition_map(table, tied)
     figure = running_condition_map(table, independent_keys(table))
@@ -197,9 +150,8 @@ def test_curve_over_a_quantity_goes_along_the_first_key() -> None:
 
 
 def test_an_axis_of_a_quantity_has_a_unit_of_few_zeros() -> None:
-    table = tied_table()
     ranges = Column("displacement_range", "mm", 1e-3 * np.arange(1.0, 7.0))
-    axes = curve(replace(table, found=(*table.found, ranges)), "work_total", "displacement_range").axes[0]
+    axes = curve(tied_table(ranges), "work_total", "displacement_range").axes[0]
     assert axes.get_xlabel() == "displacement range (µm)"
     lines = [container[0] for container in axes.containers]
     np.testing.assert_allclose([line.get_xdata() for line in lines], [[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]])

@@ -57,7 +57,7 @@ def similar_bodies() -> State:
     return wear({"Qx": 30.0})
 
 
-def test_unlike_bodies() -> None:
+def test_dissimilar_bodies() -> None:
     last = wear({"Qx": 30.0}, bodies=UNLIKE)
     depth = last.fields.wear_depth
     largest = depth.max()

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from small_cases import TWO_CYCLES, case_error, write_case
 
-from fretsolve.case.keys.fatigue_spec import FatigueSpec
+from fretsolve.case.keys.output_spec import FatigueSpec
 from fretsolve.case.loading import load_case
 
 MATERIAL = "    material: {tension_limit: 300 MPa, torsion_limit: 190 MPa}\n"

@@ -7,9 +7,8 @@ from pydantic import ValidationError
 from small_cases import CASE, case_error, write_case
 
 from fretsolve.case.base import Named, Repeated, auto, each_once, refused_at
-from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec
-from fretsolve.case.keys.solver_spec import LEVELS, SINGLE_TOLERANCE, SolverSpec
-from fretsolve.case.keys.stress_spec import ALL_COMPONENTS, StressSpec
+from fretsolve.case.keys.output_spec import ALL_COMPONENTS, DEFAULT_FIELDS, OutputSpec, StressSpec
+from fretsolve.case.keys.settings_spec import LEVELS, SINGLE_TOLERANCE, SolverSpec
 from fretsolve.case.loading import load_case
 
 

@@ -1,0 +1,129 @@
+"""Validate `solver` and `expect`: accuracy and limits of the solver, and the values that `fretsolve check` compares."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    ConfigDict,
+    Field,
+    StrictBool,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+
+from fretsolve.case.base import CaseModel, Count, Named, refused_at, require_either
+from fretsolve.case.dimensions import NUMBER, Dimension
+from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
+from fretsolve.case.other_names import nearest
+from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
+
+SINGLE_TOLERANCE = 1e-4
+"""Default tolerance in single precision."""
+
+LEAST_SINGLE_TOLERANCE = 1e-5
+"""The least tolerance that single precision certifies in most cases (docs/performance.md)."""
+
+LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
+"""The accuracy that each name stands for."""
+
+
+class SolverSpec(CaseModel):
+    """Accuracy, tolerance and limits of the solver."""
+
+    accuracy: (
+        Annotated[
+            float,
+            InUnits(NUMBER, least=1e-4, most=0.2, share=True),
+            Named(LEVELS, f"is not allowed; {', '.join(LEVELS)} or a number such as 1 %"),
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="accuracy of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %); it picks"
+        " points, automatic increments and tolerance unless they are given, and error bars, which show if it is met",
+        examples=["1 %"],
+    )
+
+    tolerance: Annotated[float, InUnits(NUMBER, above=1e-15, below=1)] = Field(
+        default=1e-6, description="largest residual of the contact conditions", examples=[1e-6]
+    )
+    precision: Literal["double", "single"] = Field(
+        default="double",
+        description="precision of the elastic operator and the fields; single takes less memory on large grids, and"
+        " smaller files",
+    )
+    max_iterations: Count = Field(default=2000, description="most iterations of one solve")
+    error_bars: StrictBool = Field(
+        default=False, description="whether the history has error bars, and corrected values, from coarse runs"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tolerance_of_precision(cls, value: Any) -> Any:
+        if isinstance(value, dict) and value.get("precision") == "single":
+            return {"tolerance": SINGLE_TOLERANCE, **value}
+        return value
+
+    @model_validator(mode="after")
+    def _certifiable(self) -> Self:
+        if self.precision == "single" and self.tolerance < LEAST_SINGLE_TOLERANCE:
+            message = f"{self.tolerance:g} is less than single precision can certify"
+            message += f"; {LEAST_SINGLE_TOLERANCE:g} or more is needed, or precision: double"
+            refused_at([(("tolerance",), message)])
+        return self
+
+
+def _known_quantity(name: str) -> str:
+    if name not in HISTORY_DIMENSIONS:
+        as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
+        measured = [known for known, dimension in HISTORY_DIMENSIONS.items() if dimension != NUMBER]  # counts are rare
+        advice = f"values as run are: {as_run} is needed" if as_run in measured else nearest(name, measured)
+        raise refused(f"{shown(name)} is not a quantity that can be compared; {advice}")
+    return name
+
+
+_ANY_QUANTITY = WithJsonSchema(
+    {"anyOf": [{"type": "number"}, {"type": "string", "pattern": TEXT_PATTERN, "examples": ["0.1398 mm"]}]}
+)
+
+
+class Expectation(CaseModel):
+    """A scalar of the history, the value expected of it, and how far off it may be."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rel"]}, {"required": ["abs"]}]})
+    dimensions: ClassVar[Mapping[str, Dimension]] = HISTORY_DIMENSIONS
+
+    quantity: Annotated[
+        str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
+    ] = Field(description="name of a scalar of the history, such as stick_radius", examples=["stick_radius"])
+    value: Annotated[float, _ANY_QUANTITY] = Field(description="expected value, such as 0.1398 mm")
+    rel: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
+        default=None, description="largest deviation over the value, such as 0.01 or 1 %", examples=["1 %"]
+    )
+    abs: Annotated[float, _ANY_QUANTITY] | None = Field(
+        default=None, description="largest deviation, such as 0.001 mm", examples=["0.001 mm"]
+    )
+    stage: Count | None = Field(
+        default=None, description="stage at whose end to compare, from 1; the last by default", examples=[2]
+    )
+
+    @field_validator("value", "abs", mode="before")
+    @classmethod
+    def _of_the_quantity(cls, value: Any, info: ValidationInfo) -> Any:
+        dimension = cls.dimensions.get(info.data.get("quantity", ""))
+        if dimension is None:
+            return 0.0  # the quantity itself is refused
+        least = 0.0 if info.field_name == "abs" else None
+        return InUnits(dimension, least=least).read(value)
+
+    @model_validator(mode="after")
+    def _one_tolerance(self) -> Self:
+        require_either(self, "rel", "abs")
+        if self.rel is not None and self.value == 0:
+            raise refused("rel says nothing about a value of 0; abs is needed")
+        return self

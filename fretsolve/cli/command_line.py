@@ -1,0 +1,198 @@
+"""How every command ends: its exit code, errors on one line, and an output whose reader may go away.
+
+Only click is imported here, as in `fretsolve.cli.main`.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from functools import partial
+from io import TextIOWrapper
+from pathlib import Path
+from typing import Any, TextIO, cast
+
+import click
+from click.core import ParameterSource
+
+from fretsolve.errors import EXIT_BUG, CaseError, FileError, FretsolveError, printable
+from fretsolve.system.files import reason_of, writing
+from fretsolve.system.signals import Interrupts, end_by
+
+MORE_FILES = "a higher limit (ulimit -n) is needed"
+
+
+class _Command(click.Command):
+    """A command that all its errors of usage name: click leaves it out of some, as of a value for a flag."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx
+            raise
+
+
+class CommandLine(click.Group):
+    """Run the commands of a group: each returns its exit code, and errors are printed on one line."""
+
+    command_class = _Command
+
+    def main(self, *args: Any, **options: Any) -> Any:
+        """Run the command line and exit; see `click.Command.main`."""
+        with tolerant_streams(), warnings.catch_warnings(), Interrupts() as interrupts:
+            if not os.environ.get("FRETSOLVE_DEBUG"):
+                warnings.showwarning = lambda *_, **__: None  # warnings of libraries say nothing to a user
+            run = partial(super().main, *args, **options | {"standalone_mode": False})
+            code = _exit_code(run, interrupts)
+        sys.exit(code)
+
+
+def _exit_code(command: Callable[[], int | None], interrupts: Interrupts) -> int:
+    """Run `command` and return its exit code; print the message of the error that ended it, if any.
+
+    An error that follows Ctrl-C ends the process by the signal.
+    """
+    try:
+        code = command() or 0
+        sys.stdout.flush()
+    except click.exceptions.NoArgsIsHelpError as error:
+        message, code = error.format_message(), error.exit_code
+    except click.UsageError as error:
+        place = error.ctx.command_path if error.ctx is not None else "fretsolve"
+        what = " ".join(_usage_message(error).split())
+        message, code = f"{place}: {what} (see {place} --help)", error.exit_code
+    except click.Abort:
+        end_by(signal.SIGINT)
+        message, code = "interrupted", 128 + signal.SIGINT
+    except FretsolveError as error:
+        message, code = str(error), error.exit_code
+    except OSError as error:
+        if os.environ.get("FRETSOLVE_DEBUG"):
+            raise
+        where, why = error.filename or "a file or the working folder", reason_of(error)
+        few = error.errno in (errno.EMFILE, errno.ENFILE)
+        message = f"{why}: {MORE_FILES}" if few else f"{where}: cannot be used: {why}"
+        message, code = printable(message), FileError.exit_code
+    except MemoryError:
+        message, code = "not enough memory; fewer grid.points are needed", CaseError.exit_code
+    except Exception as error:
+        if os.environ.get("FRETSOLVE_DEBUG") and not interrupts.came:
+            raise
+        if "can't start new thread" in str(error):
+            print("not enough memory, or too many processes, for another thread", file=sys.stderr)
+            return CaseError.exit_code
+        if os.strerror(errno.EMFILE) in str(error):  # while a library is loaded, whose error has no number
+            print(f"{os.strerror(errno.EMFILE)}: {MORE_FILES}", file=sys.stderr)
+            return FileError.exit_code
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        message = f"internal error: {what}; please report it, with what it prints under FRETSOLVE_DEBUG=1"
+        code = EXIT_BUG
+    else:
+        return code
+    if interrupts.came:
+        end_by(signal.SIGINT)
+    with suppress(FileError):  # on a full disk, where the code says enough
+        print(message, file=sys.stderr)
+    return code
+
+
+def _usage_message(error: click.UsageError) -> str:
+    """Return what is wrong with the command line; a value's message begins with where it was given."""
+    parameter = error.param if type(error) is click.BadParameter else None
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None and not error.possibilities:
+        return error.format_message() + _where_it_is(error.option_name, error.ctx.find_root())
+    if error.ctx is None or parameter is None:
+        return error.format_message()
+    if error.ctx.get_parameter_source(parameter.name or "") is ParameterSource.ENVIRONMENT:
+        place = str(parameter.envvar)
+    elif isinstance(parameter, click.Option):
+        place = parameter.opts[-1]
+    else:
+        place = (parameter.metavar or parameter.name or "").strip("[].").upper()
+    return f"{place}: {error.message}"
+
+
+def _where_it_is(option: str, root: click.Context) -> str:
+    """Return which commands have an option that another one does not have, as the end of a message."""
+    commands = [(name, one) for group in _groups(root.command) for name, one in group.items()]
+    owners = [name for name, one in commands if any(option in parameter.opts for parameter in one.params)]
+    return f" It is an option of {', '.join(owners)}." if owners else ""
+
+
+def _groups(command: click.Command, path: str = "") -> Iterator[dict[str, click.Command]]:
+    """Yield the commands of a group and of the groups in it by their full names."""
+    inside = command.commands if isinstance(command, click.Group) else {}
+    yield {f"{path}{name}": one for name, one in inside.items()}
+    for name, one in inside.items():
+        yield from _groups(one, f"{path}{name} ")
+
+
+class TolerantStream:
+    """Write to `stream`, control characters escaped, and drop what is written once its reader has gone.
+
+    name: for messages; kept: control characters that are written as they are, None for all. Raises FileError for other
+    reasons, such as a full disk.
+    """
+
+    def __init__(self, stream: TextIO, name: str, kept: str | None = "\n\t"):
+        self._stream = stream
+        self._name = name
+        self._kept = kept
+
+    @property
+    def unescaped(self) -> TolerantStream:
+        """A stream for a library that moves the cursor, and escapes the texts that it is given."""
+        return TolerantStream(self._stream, self._name, None)
+
+    def write(self, text: str) -> int:
+        with self._tolerance():
+            self._stream.write(text if self._kept is None else printable(text, self._kept))
+        return len(text)
+
+    def flush(self) -> None:
+        with self._tolerance():
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    @contextmanager
+    def _tolerance(self) -> Iterator[None]:
+        with writing(self._name):
+            try:
+                yield
+            except OSError as error:
+                # the null device takes the buffer and all later output, so that the interpreter can flush at its exit
+                with suppress(OSError), Path(os.devnull).open("w") as nowhere:
+                    os.dup2(nowhere.fileno(), self._stream.fileno())
+                if not isinstance(error, BrokenPipeError):
+                    raise
+
+
+@contextmanager
+def tolerant_streams() -> Iterator[None]:
+    """Make standard output and standard error tolerant within the block."""
+    _fill_closed_descriptors()
+    with Path(os.devnull).open("w") as nowhere:
+        output = cast(TextIO, TolerantStream(sys.stdout or nowhere, "standard output"))
+        messages = cast(TextIO, TolerantStream(sys.stderr or nowhere, "standard error"))
+        for stream in (sys.stdout, sys.stderr):
+            if isinstance(stream, TextIOWrapper):
+                stream.reconfigure(errors="backslashreplace")  # what the locale cannot write
+        with redirect_stdout(output), redirect_stderr(messages):
+            yield
+
+
+def _fill_closed_descriptors() -> None:
+    """Open closed standard streams on the null device; else the next file would take their number and their output."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)

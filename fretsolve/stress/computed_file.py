@@ -1,0 +1,124 @@
+"""Files of what was computed from a result, stresses or fatigue parameters: a sealed header and a group per body."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+from fretsolve.errors import FileError
+from fretsolve.result import Result
+from fretsolve.result.header import read_sealed
+from fretsolve.result.layout import FIELD_FILTERS, Quantity
+from fretsolve.result.part_reader import damage_reported
+from fretsolve.system.files import reported
+from fretsolve.system.foreign_files import open_hdf5, own_node
+
+Kind = Literal["stress", "fatigue"]
+"""The command that writes the file."""
+
+CONTENTS: dict[Kind, str] = {"stress": "stresses", "fatigue": "fatigue parameters"}
+
+DEPTH = Quantity("depth", "mm", "distance from the surface into the body")
+
+OfBody = TypeVar("OfBody")
+
+
+@dataclass(frozen=True, eq=False)
+class ComputedFile:
+    """An open file of what was computed from a result; attributes, content: of its header."""
+
+    path: Path
+    kind: Kind
+    file: Any
+    attributes: Mapping[str, Any]
+    content: Mapping[str, Any]
+
+    def bodies(self, kind: Kind, read: Callable[[Path, Any, Any], OfBody]) -> dict[int, OfBody]:
+        """Return what `read` makes of the path, the group and the content of each body, by their numbers.
+
+        Raises FileError if the file is not of `kind`, or is damaged.
+        """
+        if self.kind != kind or not self.content:
+            raise not_of_kind(kind, self.path)
+        with damage_reported(self.path, f"the {CONTENTS[kind].split()[-1]}"):
+            return {
+                int(number): read(self.path, own_node(self.file, f"{kind}/body_{number}"), content)
+                for number, content in self.content.items()
+            }
+
+
+def not_of_kind(kind: Kind, path: Path) -> FileError:
+    """Return the error of a file that is not of a kind."""
+    return FileError(f"is not a file of {CONTENTS[kind]}, which `fretsolve {kind}` writes", path)
+
+
+@contextmanager
+def opened_computed(path: Path) -> Iterator[ComputedFile | None]:
+    """Open a file of stresses or fatigue parameters; None for a result, or what is not HDF5 at all.
+
+    Attributes come from the header, which has a checksum. Raises FileError if the header is damaged or missing.
+    """
+    with ExitStack() as opened:
+        found = None
+        with suppress(OSError, KeyError, RuntimeError, FileError):
+            file = opened.enter_context(open_hdf5(path))
+            if "history" not in file:
+                found = next(((kind, file) for kind in CONTENTS if kind in file), None)
+        if found is None:
+            opened.close()
+            yield None
+        else:
+            yield ComputedFile(path, *found, *_header_of(path, *found))
+
+
+@contextmanager
+def opened_beside(path: Path, kind: Kind, result: Result | None) -> Iterator[ComputedFile]:
+    """Open a file of a kind. Raises FileError if it is damaged, of another kind, or not computed from `result`."""
+    if result is not None:
+        require_made_from(result, path)
+    with reported("cannot be read", path), opened_computed(path) as found:
+        if found is None:
+            raise not_of_kind(kind, path)
+        yield found
+
+
+def is_made_from(result: Result, path: Path) -> bool:
+    """Return whether `path` is there, undamaged, and was computed from a result of the same case."""
+    with suppress(FileError):
+        require_made_from(result, path)
+        return True
+    return False
+
+
+def require_made_from(result: Result, path: Path) -> None:
+    """Raise FileError unless the file at `path` was computed from a result of the same case."""
+    with opened_computed(path) as found:
+        if found is None or found.attributes.get("effective_case") != result.attributes["effective_case"]:
+            raise FileError(f"was not computed from {result.path.name}: make it again", path)
+
+
+def create_values(
+    group: Any, name: str, scales: Sequence[Any], dtype: str, chunks: tuple[int, ...], **attributes: str
+) -> Any:
+    """Create a dataset over the axes `scales`, and return it; attributes: `units` and `long_name`."""
+    shape = tuple(map(len, scales))
+    dataset = group.create_dataset(name, shape, dtype, chunks=chunks, **FIELD_FILTERS)
+    dataset.attrs.update(attributes)
+    for axis, scale in enumerate(scales):
+        dataset.dims[axis].attach_scale(scale)
+    return dataset
+
+
+def _header_of(path: Path, kind: str, file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the attributes and the content in the header of a file. Raises FileError."""
+    with damage_reported(path, "the header"):
+        if "header" not in file:
+            message = "has no header with a checksum: it is damaged, or of another program"
+            raise FileError(f"{message}; `fretsolve {kind} RESULT --overwrite` makes it again", path)
+        attributes, content = read_sealed(file)
+        if not str(attributes["format"]).startswith(f"fretsolve {kind} ") or not isinstance(content, dict):
+            raise ValueError(f"the header is not that of a file that `fretsolve {kind}` writes")
+        return attributes, content
