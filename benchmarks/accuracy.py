@@ -28,8 +28,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from calibration_cases import CASES, HELD_OUT, SIMILAR, SPHERE, CalibrationCase, random_closed_forms
-from calibration_truth import corrected_run, knows_peak
+from calibration_cases import CASES, SIMILAR, SPHERE, CalibrationCase, corrected_run, knows_peak, random_closed_forms
 from helpers import data_file, kept, outcomes, parser_of, report, write_csv
 from random_cases import random_cases
 
@@ -196,7 +195,7 @@ def cases_of(
     names: Sequence[str], unseen: Iterable[CalibrationCase], closed_forms: Iterable[CalibrationCase]
 ) -> Iterator[tuple[str, CalibrationCase]]:
     """Yield group and case of all cases whose names begin so."""
-    for group, cases in {KNOWN: (*CASES, *HELD_OUT), UNSEEN: unseen, CLOSED_FORMS: closed_forms}.items():
+    for group, cases in {KNOWN: CASES, UNSEEN: unseen, CLOSED_FORMS: closed_forms}.items():
         for case in cases:
             if not case.name.startswith(LEFT_OUT) and (not names or case.name.startswith(tuple(names))):
                 yield group, case

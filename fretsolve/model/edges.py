@@ -31,10 +31,6 @@ SLIPPING, SEEN = 2.0, 1.5
 the singularity K_q of the shear traction: it slips up to d K_q / mu K from the edge, by K_q (d K_q / mu K)^(1/2) / E*.
 Punches in plane strain have 1.2 to 1.7, round ones 0.8. From d = SEEN cells on, these see it."""
 
-REACH, CONCENTRATED = 1.2, 1.5
-"""Share of the friction limit near a sharp edge over that of the cell there, at most, between like bodies; and that at
-corners over that of the whole contact."""
-
 ALIGNED = 1e-6
 """Largest sine of the angle between a cylinder and an axis of the grid at which its ends run along cells."""
 
@@ -105,23 +101,6 @@ class Edge:
         along = 1.0 if pressure.shape[1] == 1 else side  # energies of a line contact are per length
         return _singularity(1.0, side) ** 2 * float(np.square(at_edge).sum()) * along, depth
 
-    def hidden_stress(self, limit: DoubleArray, shear: DoubleArray, share: float, unlike: float) -> float:
-        """Return the sum over cells of limit^2 (MPa^2) times the part by which the shear within one may exceed it.
-
-        0 where the edge is rounded. limit, shear: friction limit and shear traction of the cells, MPa; share:
-        largest part so far of what friction carries; unlike: what pressing unlike bodies adds to
-        the share of the shear from a cell to a quarter of one.
-        """
-        limit, shear = limit[self.near], shear[self.near]
-        largest = float(limit.max(initial=0.0))
-        if largest == 0.0 or self.radius:
-            return 0.0
-        # As the pressure does, the shear traction concentrates at corners, also where it has been taken off by now.
-        at_corners = CONCENTRATED * share * limit / largest
-        shares = np.minimum(np.maximum(shear / np.maximum(limit, 1e-6 * largest), at_corners), 1.0)
-        beyond = np.clip(REACH * shares + unlike - 1.0, 0.0, 1.0)
-        return float((limit**2 * beyond).sum())
-
     def _largest_singularity(self, pressure: float, side: float, contact_modulus: float) -> float:
         """Return K from the largest pressure of the last cells, of which the last one may be covered in part.
 
@@ -174,29 +153,6 @@ def flat_part(punch: PunchSurface, *, line: bool) -> float:
     if punch.radius is not None:
         return punch.radius - punch.edge_radius
     return ((punch.half_width or 0.0) - punch.edge_radius) * 2.0 / math.sqrt(math.pi)
-
-
-def missed_area(surface: Surface, grid: Grid) -> float:
-    """Return the part by which the cells within a body's outline miss its area, or a cylinder's its length.
-
-    0 for bodies without end and for cylinders across the grid's axes, whose ends cross the rows at all places.
-    """
-    if rounding(surface) is None:
-        return 0.0
-    x, y = grid.x[:, None] - surface.center[0], grid.y[None, :] - surface.center[1]
-    inside = _beyond(surface, x, y) <= 0.0
-    if surface.kind == "cylinder":
-        along_x, along_y = abs(math.cos(surface.axis)), abs(math.sin(surface.axis))
-        if min(along_x, along_y) > ALIGNED:
-            return 0.0
-        cells = np.count_nonzero(inside.any(axis=1 if along_x > along_y else 0))
-        return abs(cells * (grid.dx if along_x > along_y else grid.dy) / (surface.length or math.inf) - 1.0)
-    assert surface.kind == "punch"  # no other body ends
-    half_width = surface.half_width if surface.radius is None else surface.radius
-    if grid.shape[1] == 1:  # a line contact, whose cells have no length
-        return abs(np.count_nonzero(inside) * grid.dx / (2.0 * (half_width or math.inf)) - 1.0)
-    area = math.pi * surface.radius**2 if surface.radius is not None else 4.0 * (surface.half_width or math.inf) ** 2
-    return abs(np.count_nonzero(inside) * grid.dx * grid.dy / area - 1.0)
 
 
 def _edge(surface: Surface, grid: Grid) -> Edge | None:

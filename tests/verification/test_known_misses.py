@@ -51,7 +51,7 @@ def assert_bar_holds(case: Case, quantity: str, right: float, corrected: str = "
 # every grid, with either sign, in which coarser grids find no order. This is how a contact's stiffness is measured.
 
 
-@pytest.mark.parametrize("points", [64, missed(80, by=1.5), missed(128, by=2.6), missed(150, by=30)])
+@pytest.mark.parametrize("points", [64, 80, 128, 150])
 def test_displacement_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     """By Mindlin."""
     force = STICKING * FRICTION * LOAD
@@ -59,7 +59,7 @@ def test_displacement_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     assert_bar_holds(case, "delta_x", cattaneo_mindlin(HERTZ, FRICTION, force, MATERIAL.tangential).delta_x)
 
 
-@pytest.mark.parametrize("points", [64, missed(128, by=2.0), missed(150, by=6.6)])
+@pytest.mark.parametrize("points", [64, 128, 150])
 def test_rotation_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     """By Lubkin."""
     torque = STICKING * gross_slip_torque(HERTZ, FRICTION)
@@ -67,7 +67,7 @@ def test_rotation_of_a_sphere_that_nearly_all_sticks(points: int) -> None:
     assert_bar_holds(case, "phi_z", lubkin(HERTZ, FRICTION, torque, MATERIAL.torsional).phi_z)
 
 
-@pytest.mark.parametrize("points", [64, missed(48, by=1.8), missed(128, by=1.4)])
+@pytest.mark.parametrize("points", [48, 64, 128])
 def test_displacement_of_an_ellipsoid_that_nearly_all_sticks(points: int) -> None:
     """By Mindlin (1949): mu (1 + w nu/(1 - nu)) times the difference of Hertz's approaches under P and P - Q/mu.
 
@@ -90,7 +90,7 @@ def test_displacement_of_an_ellipsoid_that_nearly_all_sticks(points: int) -> Non
     assert_bar_holds(case, "delta_x", FRICTION * along * (pressed.delta_z - released.delta_z))
 
 
-@pytest.mark.parametrize("corrected", [missed("", by=2.7), missed("_corrected", by=3.3)])
+@pytest.mark.parametrize("corrected", [missed("", by=2.1), missed("_corrected", by=2.7)])
 def test_energy_along_displacements_that_turn(corrected: str) -> None:
     """By 32 times the increments: 0.02750 mJ, and 0.02743 mJ on three times the points."""
     turns = [
@@ -104,9 +104,7 @@ def test_energy_along_displacements_that_turn(corrected: str) -> None:
     assert_bar_holds(case, "work_total", 0.02749, corrected)
 
 
-@pytest.mark.parametrize(
-    ("points", "increments"), [(48, 20), missed(48, 10, by=1.2), missed(48, 12, by=1.3), missed(96, 20, by=1.7)]
-)
+@pytest.mark.parametrize(("points", "increments"), [(48, 20), missed(48, 10, by=1.2), missed(48, 12, by=1.3), (96, 20)])
 def test_contact_radius_of_a_rigid_sphere_pressed_with_high_friction(points: int, increments: int) -> None:
     """All sticks: a = sqrt(delta_z R/1.08873) for nu = 0. Few increments find less, and coarser runs find as little."""
     approach = 0.008
@@ -122,10 +120,10 @@ RIGHT_OF_RING = {"contact_radius": 0.08801, "stick_radius": 0.0743}
     ("quantity", "points"),
     [
         ("stick_radius", 64),
-        missed("stick_radius", 36, by=3.4),
+        missed("stick_radius", 36, by=1.2),
         ("contact_radius", 64),
-        missed("contact_radius", 28, by=2.7),
-        missed("contact_radius", 36, by=2.4),
+        missed("contact_radius", 28, by=2.2),
+        missed("contact_radius", 36, by=2.1),
     ],
 )
 def test_radii_of_a_ring_under_a_torque(quantity: str, points: int) -> None:
@@ -136,7 +134,7 @@ def test_radii_of_a_ring_under_a_torque(quantity: str, points: int) -> None:
     assert_bar_holds(case, quantity, RIGHT_OF_RING[quantity])
 
 
-@pytest.mark.parametrize("tolerance", [1e-8, missed(1e-6, by=3.4)])
+@pytest.mark.parametrize("tolerance", [1e-8, missed(1e-6, by=1.4)])
 def test_stick_radius_of_nearly_similar_bodies_that_are_pressed(tolerance: float) -> None:
     """By Spence, c = a/2. The slip is so small that the default tolerance takes slipping cells for sticking ones."""
     bodies = [{"young_modulus": 200e3, "poisson_ratio": ratio} for ratio in (0.29, 0.31)]
@@ -149,7 +147,7 @@ def test_stick_radius_of_nearly_similar_bodies_that_are_pressed(tolerance: float
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("points", "increments"), [missed(32, 40, by=3.1), missed(32, 100, by=11.8), (64, 100)])
+@pytest.mark.parametrize(("points", "increments"), [missed(32, 40, by=2.9), missed(32, 100, by=8.1), (64, 100)])
 def test_stiffness_at_a_reversal_where_the_first_annulus_is_thinner_than_a_cell(
     points: int, increments: int, tmp_path: Path
 ) -> None:

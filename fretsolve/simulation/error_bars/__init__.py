@@ -1,7 +1,6 @@
 """Error bars: how far a run's values may lie from those of the continuum, beside each state of a run.
 
 `error_bars` runs a case with them and adds up the errors of the cells, of the increments and of the iteration.
-`coarse_runs` solve the case on fewer points and with the increments of `coarse_counts`, and are compared with the run
-at `path_points`. `increment_factors` say how much of what other increments change the bars hold. The folder
-`least_errors` stands for what no coarse run shows, with `missed_motion` and `few_increments`, along the `shear_path`.
+`coarse_runs` solve the case on fewer points and with the increments of `coarse_counts`. `floors` stand for what no
+coarse run shows of the `cells`, with what is `hidden` in them, along the `shear_path`.
 """

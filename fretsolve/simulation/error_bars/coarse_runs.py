@@ -1,32 +1,28 @@
-"""Coarse runs: a case on half or a third of the points per side, also with other numbers of increments.
-
-They advance with the run whose errors they show, so that it can be stopped after each increment.
-"""
+"""Coarse runs: a case on half or a third of the points per side, also with other increments, beside the run itself."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
 from fretsolve.increment.increment import IncrementSolver
 from fretsolve.model.load_path import LoadPath
-from fretsolve.result.state import CORRECTED, ESTIMATED, State, Summary
+from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.setup.contact_size import COARSENED, coarse_points
 from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages
-from fretsolve.simulation.error_bars.path_points import PathPoint, at_point, between_common_points, common_points
-from fretsolve.simulation.error_bars.quantity_estimates import TOTAL
 from fretsolve.simulation.simulation import increment_solver, states_of
-from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.system.arrays import DoubleArray
 
 LOOSER, LOOSEST = 30.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the applications, and shifts
-corrections by some 1e-5 of the value (mode I.3, 48 x 48 cells), well below the differences of interest."""
+corrections by some 1e-5 of the value."""
 
 MOST_RINGS = 2
 """Rings of cells around the area of a coarse run, at most, where the contact reaches the edge of its larger cells."""
@@ -34,14 +30,51 @@ MOST_RINGS = 2
 CORRECTABLE = np.array([name in CORRECTED for name in ESTIMATED])
 """Which of `ESTIMATED` are corrected for the number of increments."""
 
-ALL = np.full(len(ESTIMATED), True)
-"""All of them."""
+TOTAL = ESTIMATED.index("work_total")
 
 FIRST_ORDER = 1.5
-"""Order in the number n of increments with which the energy of the first stage converges, whose loads grow in
-proportion from zero. An increment there errs by the square of its part of the load, so that all of them err by n^(-3/2)
-on a cone and by n^(-5/3) on a sphere. With 3 to 24 equal increments a pressed sphere shows orders of 1.4 to
-1.7, and graded ones 1.4 to 2.3, whose energy it so corrects by too much, though by less than the first order would."""
+"""Order in the number n of increments with which the energy of the first stage converges, whose loads grow from zero:
+each errs by the square of its part of the load, so that all of them err by n^(-3/2) on a cone, n^(-5/3) on a sphere."""
+
+
+class PathPoint(NamedTuple):
+    """A point of the load path: the share `part` of the stage `stage` (0-based)."""
+
+    stage: int
+    part: float
+
+
+def at_point(values: Callable[[int], DoubleArray], path: LoadPath, point: PathPoint) -> DoubleArray:
+    """Return `values` of increments of `path` at a point of it, interpolated between them."""
+    step = sum(path.counts[: point.stage]) + point.part * path.counts[point.stage] - 1.0
+    low, high = around(step)
+    before = values(low)
+    return before + (step - low) * (values(high) - before) if high > low else before
+
+
+def around(position: float) -> tuple[int, int]:
+    """Return the whole numbers below and above a position, twice the same one if it is one but for rounding."""
+    return math.floor(position + 1e-9), math.ceil(position - 1e-9)
+
+
+def common_points(one: LoadPath, other: LoadPath, point: PathPoint) -> tuple[PathPoint, PathPoint, float]:
+    """Return the points around `point` at which the path with fewer increments has one, and the share between them.
+
+    The first may be the end of the stage before, or the start of the path (the share 0 of its first stage).
+    """
+    stage, part = point
+    common = min(one.counts[stage], other.counts[stage])
+    low, high = around(part * common)
+    first = PathPoint(stage - 1, 1.0) if stage and not low else PathPoint(stage, low / common)
+    return first, PathPoint(stage, high / common), part * common - low if high > low else 0.0
+
+
+def between_common_points(
+    value: Callable[[PathPoint], DoubleArray], one: LoadPath, other: LoadPath, point: PathPoint
+) -> DoubleArray:
+    """Return `value` at a point, interpolated between those at which the path with fewer increments has one."""
+    first, second, share = common_points(one, other, point)
+    return value(first) * (1.0 - share) + share * value(second) if share else value(second)
 
 
 def values_of(summary: Summary) -> DoubleArray:
@@ -52,31 +85,18 @@ def values_of(summary: Summary) -> DoubleArray:
 class CoarseRun:
     """The run of a coarser problem, solved only as far as its values are asked for.
 
-    every: after how many increments of each stage radii are asked for; after each without it. beside: a run of the
-    same problem with other increments, whose solver this one has too.
-    failure: why it stopped, if it did; applications, seconds: of the elastic operator on the coarse grid so far.
+    failure: why it stopped, if it did; applications: of the operator on the coarse grid so far, which took `seconds`.
     """
 
-    def __init__(
-        self, setup: ProblemSetup, threads: int, every: tuple[int, ...] | None = None, beside: CoarseRun | None = None
-    ):
-        self.setup, self._threads, self._beside, self._rings = setup, threads, beside, 0
-        self._every = dict(zip((stage.number for stage in setup.load_path.stages), every or (), strict=bool(every)))
+    def __init__(self, setup: ProblemSetup, threads: int):
+        self.setup, self._threads, self._rings = setup, threads, 0
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = self._from_start()
+        self._states = states_of(setup, measured=lambda step: True, solver=self._solver)
         self._values: list[DoubleArray] = []
 
-    @cached_property
-    def solver(self) -> IncrementSolver:
-        """The solver. Making one for both runs on a grid saves the time of a third of an increment."""
-        if self._beside is not None and self._beside.setup.grid == self.setup.grid:
-            return self._beside.solver
+    def _solver(self) -> IncrementSolver:
         return increment_solver(self.setup, self.setup.separation(), self._threads, to_map_end=True)
-
-    def _from_start(self) -> Iterator[State]:
-        """Yield the states from the first increment on."""
-        return states_of(self.setup, measured=self._is_asked_for, solver=lambda: self.solver)
 
     def _widen(self) -> bool:
         """Start again with one more ring of cells around the area, and return whether that may help.
@@ -88,15 +108,9 @@ class CoarseRun:
             return False
         self._rings += 1
         self.setup = replace(self.setup, grid=self.setup.grid.with_ring())
-        del self.solver  # it is for the smaller grid
-        self._states, self._values = self._from_start(), []
+        self._states = states_of(self.setup, measured=lambda step: True, solver=self._solver)
+        self._values = []
         return True
-
-    def _is_asked_for(self, step: int) -> bool:
-        """Return whether the radii after `step` are asked for."""
-        path = self.setup.load_path
-        stage = next(place for place, last in enumerate(path.last_steps) if step <= last)
-        return (path.last_steps[stage] - step) % self._every.get(path.stages[stage].number, 1) == 0
 
     def values(self, step: int) -> DoubleArray:
         """Return the values after the increment `step`; zeros before the first one, NaN after a failure."""
@@ -124,9 +138,9 @@ class CoarseRun:
 class CoarseRuns:
     """The coarse runs of a problem, and what they show together.
 
-    One has a third of the points per side. Where the number of increments matters, a second one has the same points and
-    other increments. The third one has half of the points. Errors of the increments are of first order in their number,
-    and about the same on all grids, which makes up for the increments that a run lacks.
+    One has a third of the points per side, one half of them, and where the number of increments matters, another one a
+    third with other increments. Errors of the increments are of first order in their number, and about the same on all
+    grids, which makes up for the increments that a run lacks.
     """
 
     def __init__(self, setup: ProblemSetup, threads: int):
@@ -139,16 +153,9 @@ class CoarseRuns:
         self.half = CoarseRun(coarser(setup, 2, counts.half, self._left_out), threads)
         self.other_increments = None
         if counts.other is not None:
-            apart = tuple(max(other // asked, 1) for other, asked in zip(counts.other, counts.third, strict=True))
-            other = coarser(setup, COARSENED, counts.other, self._left_out)
-            self.other_increments = CoarseRun(other, threads, apart, self.third)
+            self.other_increments = CoarseRun(coarser(setup, COARSENED, counts.other, self._left_out), threads)
         self._points = math.prod(setup.grid.shape)
         self._directions = len(setup.grid.axes)
-
-    @property
-    def tolerance(self) -> float:
-        """Tolerance of the coarse runs."""
-        return self.third.setup.case.solver.tolerance
 
     @property
     def all(self) -> list[CoarseRun]:
@@ -182,26 +189,20 @@ class CoarseRuns:
         return None
 
     def last_known(self, step: int) -> PathPoint:
-        """Return the last point up to the increment `step` at which the run on a third of the points has one too."""
+        """Return the last point up to the increment `step` that the run on a third of the points has, too."""
         first, second, share = common_points(self._path, self.third.setup.load_path, self.point(step))
         return first if share else second
 
     def third_at(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point on a third of the points, with as many increments as the run has."""
-        third = self.third.setup.load_path
-        found: DoubleArray = self.third.values_at(point) + self._errors(self._path, point) - self._errors(third, point)
+        # Radii and the largest pressure change by their edges' place in the cells rather than by the increments.
+        lacking = self._errors(self._path, point) - self._errors(self.third.setup.load_path, point)
+        found: DoubleArray = self.third.values_at(point) + np.where(CORRECTABLE, lacking, 0.0)
         return found
 
-    def change_by_increments(self, step: int, order: float = FIRST_ORDER) -> DoubleArray:
-        """Return what infinitely many increments would add to the values at `step`.
-
-        order: with which the energy of the first stage converges.
-        """
-        return -self._errors(self._path, self.point(step), ALL, order) if step >= 0 else np.zeros(len(ESTIMATED))
-
-    def magnified(self, step: int) -> float:
-        """Return by how much a difference of the runs on a third of the points is multiplied for that."""
-        return abs(self._part(self._path, self.point(step).stage)) if self.other_increments is not None else 0.0
+    def change_by_increments(self, step: int) -> DoubleArray:
+        """Return what infinitely many increments would add to the values at `step`."""
+        return -self._errors(self._path, self.point(step)) if step >= 0 else np.zeros(len(ESTIMATED))
 
     def half_less_third(self, point: PathPoint) -> DoubleArray:
         """Return the values at a point on half of the points less those on a third, with as many increments.
@@ -221,37 +222,28 @@ class CoarseRuns:
 
     def _half_less_third(self, point: PathPoint) -> DoubleArray:
         # of the runs on a third of the points, the one with as many increments
-        counts, alike = self.half.setup.load_path.counts, self.third
-        other = self.other_increments
-        if other is not None and other.setup.load_path.counts[point.stage] == counts[point.stage]:
-            alike = other
+        count, other = self.half.setup.load_path.counts[point.stage], self.other_increments
+        alike = other if other is not None and other.setup.load_path.counts[point.stage] == count else self.third
         return self.half.values_at(point) - alike.values_at(point)
 
-    def _errors(
-        self, path: LoadPath, point: PathPoint, which: BoolArray = CORRECTABLE, order: float = FIRST_ORDER
-    ) -> DoubleArray:
-        """Return the errors of as many increments as `path` has.
-
-        which: of these values. The others are radii and the largest pressure, which change by their edges' place in the
-        cells rather than by the increments. order: that of the energy of the first stage.
-        """
+    def _errors(self, path: LoadPath, point: PathPoint) -> DoubleArray:
+        """Return the errors of as many increments as `path` has."""
         if self.other_increments is None:
             return np.zeros(len(ESTIMATED))
         # compare the two at increments of the one that has fewer, which the other one has too
         runs = self.other_increments.setup.load_path, self.third.setup.load_path
         fewer = min(runs, key=lambda run: run.counts[point.stage])
-        errors = between_common_points(partial(self._errors_at, path, order), self._path, fewer, point)
-        return np.where(which, errors, 0.0)
+        return between_common_points(partial(self._errors_at, path), self._path, fewer, point)
 
-    def _errors_at(self, path: LoadPath, order: float, point: PathPoint) -> DoubleArray:
+    def _errors_at(self, path: LoadPath, point: PathPoint) -> DoubleArray:
         """Return the errors at a point that the runs on a third of the points have in common.
 
-        They are of first order, but that of the energy of the first stage of another `order`.
+        They are of first order, but that of the energy of the first stage of its own.
         """
         errors: DoubleArray = self._other_less_third(point) * self._part(path, point.stage)
-        if self._slips_in(0):
+        if self._slips[self._path.stages[0].number]:
             first = self._other_less_third(PathPoint(0, 1.0) if point.stage else point)[TOTAL]
-            errors[TOTAL] += first * (self._part(path, 0, order) - self._part(path, point.stage))
+            errors[TOTAL] += first * (self._part(path, 0, FIRST_ORDER) - self._part(path, point.stage))
         return errors
 
     def _other_less_third(self, point: PathPoint) -> DoubleArray:
@@ -263,11 +255,11 @@ class CoarseRuns:
         assert self.other_increments is not None
         runs = self.other_increments.setup.load_path, self.third.setup.load_path
         other, third = (run.counts[stage] ** -order for run in runs)
-        return float(path.counts[stage] ** -order / (other - third)) if self._slips_in(stage) else 0.0
-
-    def _slips_in(self, stage: int) -> bool:
-        """Return whether something may slip in a stage of the path."""
-        return self._slips[self._path.stages[stage].number]
+        return (
+            float(path.counts[stage] ** -order / (other - third))
+            if self._slips[self._path.stages[stage].number]
+            else 0.0
+        )
 
 
 def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out: Collection[int] = ()) -> ProblemSetup:
@@ -275,8 +267,7 @@ def coarser(setup: ProblemSetup, factor: int, counts: tuple[int, ...], left_out:
 
     left_out: see `LoadPath.with_counts`.
     """
-    nx, ny = (coarse_points(points, factor) for points in setup.grid.shape)
-    grid = setup.grid.cut_into(nx, ny)
+    grid = setup.grid.cut_into(*(coarse_points(points, factor) for points in setup.grid.shape))
     solver = setup.case.solver
     looser = max(solver.tolerance, min(LOOSER * solver.tolerance, LOOSEST))
     case = setup.case.model_copy(update={"solver": solver.model_copy(update={"tolerance": looser})})

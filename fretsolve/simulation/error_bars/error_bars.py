@@ -1,12 +1,10 @@
 """Error bars: estimates of how far a run's values lie from those of the continuum, and values corrected for increments.
 
-They add three errors as independent ones. The error of the cells follows from coarse runs on half and on a third of the
-points per side, by Richardson's extrapolation. Three grids show what two hide when their errors agree by chance, and a
-least value stands for what all three hide (`least_errors`). The error of the increments is what other increments
-change on the coarsest grid. It is added to the run's values, which gives the corrected ones; a part of it stays in
-their error bars. The error of the iteration is the certificate's worst residual.
-``benchmarks/calibrate_error_bars.py`` calibrates the constants. docs/error_bar_estimates.md has all rules, and
-docs/error_bars.md the outcome.
+A bar is the root of the squares of four errors: of the cells, as coarse runs on half and on a third of the points per
+side show it by Richardson's extrapolation of first order; a least one for what all grids hide (`floors`); of the
+increments, as other ones change the values on the coarsest grid; of the iteration, by the certificate. The change by
+the increments is added to the run's values, which gives the corrected ones. docs/error_bars.md has the outcome of
+``benchmarks/calibrate_error_bars.py``.
 """
 
 from __future__ import annotations
@@ -14,73 +12,45 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from itertools import accumulate
 
 import numpy as np
 
-from fretsolve.case.history import BULK, EXTENTS, PAIRS
+from fretsolve.case.history import BULK, EXTENTS, PAIRS, TANGENTIAL
 from fretsolve.case.models import Case, too_few_points
 from fretsolve.errors import CaseError
 from fretsolve.model.load_path import LoadPath
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars.coarse_counts import presses_unlike_bodies, sheared_stages
-from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, FIRST_ORDER, CoarseRuns, values_of
-from fretsolve.simulation.error_bars.few_increments import (
-    early_edge,
-    energy_of_fall,
-    pressed_energy,
-    pressed_radius,
-    sheared_energy,
-)
-from fretsolve.simulation.error_bars.increment_factors import (
-    CORRECTED_LINKED,
-    SHIFTED,
-    HiddenNearSliding,
-    Steps,
-    moved_sideways,
-)
-from fretsolve.simulation.error_bars.least_errors.least_errors import LeastErrors
-from fretsolve.simulation.error_bars.missed_motion import (
-    NOTHING_MISSED,
-    MissedMotion,
-    edge_of_unloading,
-    of_unloading,
-    pressed_up_to,
-)
-from fretsolve.simulation.error_bars.path_points import at_point
-from fretsolve.simulation.error_bars.quantity_estimates import (
-    ALL,
-    CONTACT,
-    LINKED,
-    LOAD,
-    MX,
-    MY,
-    ORDER,
-    PRESSED,
-    SHEAR_LOADS,
-    SHOWN,
-    SMOOTH_ORDER,
-    SMOOTH_SHOWN,
-    STICK,
-    TOTAL,
-    WIDTHS_ALONG_X,
-    WORK,
-    room,
-    width,
-)
-from fretsolve.simulation.error_bars.shear_path import LEAST_LEFT, TORQUE_ARM, UNSHEARED, ShearPath, share_of_limit
+from fretsolve.simulation.error_bars.cells import Cells
+from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
+from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, TOTAL, CoarseRuns, at_point, values_of
+from fretsolve.simulation.error_bars.floors import floors
+from fretsolve.simulation.error_bars.hidden import hidden_in_annulus
+from fretsolve.simulation.error_bars.shear_path import ShearPath, torque_arm
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-LIKE_BODIES = 0.5
-"""What like bodies add to the order of the dissipated energy: unlike ones slip already as they are pressed, in a
-contact that grows."""
+INCREMENTS, LEFT = 2.0, 0.5
+"""Factor on the error of the increments that coarse runs show, of one increment twice that, and the part of all errors
+by the increments that is left in corrected values: one of first order would take 1, and leave next to nothing."""
 
-LIKE_SHOWN = 0.8
-"""Factor on the errors that two grids show of smooth like bodies, whose pressure does not depend on where they slip."""
+LINKED = 0.1
+"""Least relative error of tangential values and of the stick radius over that of the energy by the increments."""
 
-UNLIKE_BODIES = 0.15
-"""What unlike bodies take from the orders of `PRESSED`: their pressure has a kink where slip ends."""
+PRESSED = 0.3
+"""Least relative error of the energy of dissimilar bodies over k^(-3/2) with the fewest increments k of a stage so far:
+they slip as they are pressed, and few increments and twice as many hide alike what that leaves in the surfaces."""
+
+SLIDING = 0.01
+"""Part of the friction limit that is left, up to which loads cannot err by more than that."""
+
+STICK, WORK = map(ESTIMATED.index, ("stick_radius", "work"))
+SHEAR_LOADS = [ESTIMATED.index(name) for name in ("Qx", "Qy", "Mz")]
+MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
+REMEMBERED = MOVED | np.isin(ESTIMATED, ("Mx", "My", "work_total"))
+"""Places in `ESTIMATED`: of tangential loads and motions, and of all to which slip adds in each increment, so that an
+error of a reversal stays, which later increments may hide by chance."""
 
 
 def frictions_of(setup: ProblemSetup) -> list[float]:
@@ -105,168 +75,99 @@ def run_with_error_bars(
     If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
     Raises NoSolutionError if the run itself has none, and CaseError on too few points for coarse runs.
     """
-    setup = case if isinstance(case, ProblemSetup) else set_up(_with_room(case))
+    if not isinstance(case, ProblemSetup) and not case.solver.error_bars:  # an automatic area leaves room for them
+        case = case.model_copy(update={"solver": case.solver.model_copy(update={"error_bars": True})})
+    setup = case if isinstance(case, ProblemSetup) else set_up(case)
     few = too_few_points(setup.grid.shape[: len(setup.grid.axes)])
     if few is not None:
         raise CaseError(few, ("grid", "points"))
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
         errors = bars.of(state)
-        failure = bars.failure
+        failure = bars.runs.failure()
         if failure is not None and warn is not None:
             warn(f"no error bars from increment {state.summary.step} on: {failure}")
             warn = None
         yield replace(state, errors=errors)
 
 
-def _with_room(case: Case) -> Case:
-    """Return a case that asks for error bars, whose automatic area leaves room for the coarse runs."""
-    solver = case.solver.model_copy(update={"error_bars": True})
-    return case if case.solver.error_bars else case.model_copy(update={"solver": solver})
+def fewest_increments(setup: ProblemSetup) -> list[int]:
+    """Return up to each stage the fewest increments of one in which something may slip, those of the stage if none."""
+    counts, first = setup.load_path.counts, slipping_stages(setup).count(False)  # once one does, all later ones do
+    return [*counts[:first], *accumulate(counts[first:], min)]
 
 
 class ErrorBars:
-    """The error bars of a problem, summary after summary. history: the summaries so far."""
+    """The error bars of a problem, summary after summary. history: the summaries so far; runs: the coarse ones."""
 
     def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
-        self._setup, self._runs = setup, CoarseRuns(setup, threads)
-        self._least_errors = LeastErrors.of(setup)
-        self._finer = tuple(self._runs.refinement(coarse) for coarse in (self._runs.half, self._runs.third))
+        self._setup, self.runs, self._cells = setup, CoarseRuns(setup, threads), Cells.of(setup)
+        self._finer = tuple(self.runs.refinement(coarse) for coarse in (self.runs.half, self.runs.third))
         self._summaries: list[Summary] = []
-        self._largest, self._shear_path, self._missed = np.zeros(len(ESTIMATED)), ShearPath(), NOTHING_MISSED
-        self._at_once, self._frictions = presses_unlike_bodies(setup, 1), frictions_of(setup)
-        self._changes_before, self._corrected_totals = np.zeros(len(ESTIMATED)), [0.0]
-        self._pressing_stages = sheared_stages(setup).count(False)
-        self._pressing_increments = sum(setup.load_path.counts[: self._pressing_stages])
-        self._askew, self._near_sliding, self._pressed_energy = False, HiddenNearSliding(), 0.0
-        self._path = setup.load_path
+        self._largest, self._shear_path, self._in_annuli = np.zeros(len(ESTIMATED)), ShearPath(), 0.0
+        self._pressed, self._remembered, self._corrected_totals = 0.0, np.zeros(len(ESTIMATED)), [0.0]
+        self._frictions, self._path = frictions_of(setup), setup.load_path
+        self._fewest = fewest_increments(setup)
         for summary in history:
             self._add(summary)
         if history:
             self._follow(self._path.followed(history))
             # Catch up now: the cost of the increments that are there already is not that of the next one.
             for end in (end for end in self._path.last_steps if end <= history[-1].step):
-                self._changes_before = self._largest_change(self._change_by_increments(end, 1.0))
-            self._runs.change_by_increments(history[-1].step)
-            self._runs.half_less_third(self._runs.point(history[-1].step))
-
-    @property
-    def failure(self) -> str | None:
-        """Reason why a coarse run stopped, in one line; None if none did."""
-        return self._runs.failure()
+                self._remember(self._change_by_increments(end))
+            self._change_by_increments(history[-1].step)
+            self.runs.half_less_third(self.runs.point(history[-1].step))
 
     def of(self, state: State) -> SummaryErrors:
         """Return the error bars of the state that follows the summaries so far."""
-        summary, cost_before = state.summary, self._runs.cost()
+        summary, cost_before = state.summary, self.runs.cost()
         self._add(summary)
-        values, imposed, scales = values_of(summary), self._imposed(summary.step), self._scales(summary)
+        values, imposed = values_of(summary), self._imposed(summary.step)
         residuals = np.where(imposed, summary.residual_load, summary.worst_residual)
-        cells, iteration = self._cells(state, imposed), residuals * scales
-        change = self._change_by_increments(summary.step, FIRST_ORDER)
-        # The bars hold it as if all of it were of first order, which the energy of few increments may still be.
-        most = self._change_by_increments(summary.step, 1.0)
-        safety, corrected_safety = self._steps(summary.step).factors()
-        largest_change = self._largest_change(most)
-        held = np.where(imposed, most, largest_change)
-        if not summary.P:  # without a load there are no moments
-            held[[MX, MY]] = most[[MX, MY]]
-        linked = np.where(imposed, 0.0, self._linked(most))
-        hidden = np.where(imposed, 0.0, self._near_sliding.least(self._largest))
-        if self._shear_path.left <= LEAST_LEFT or not summary.P:  # then the loads are those of the friction limit
-            most_left = self._left_to_limit(summary)
-            held[SHEAR_LOADS] = np.minimum(held[SHEAR_LOADS], np.maximum(np.abs(most[SHEAR_LOADS]), most_left))
-            for part in (hidden, linked):
-                part[SHEAR_LOADS] = np.minimum(part[SHEAR_LOADS], most_left)
-        left = np.where(imposed, safety, corrected_safety) * held
-        # The change is a multiple of a difference, which holds the errors of the coarse runs' iteration.
-        unsolved = self._runs.magnified(summary.step) * self._runs.tolerance * ((change != 0.0) & ~imposed) * scales
-        factor = width(self._setup.model)
-        parts = [cells, safety * held, hidden, linked]
-        corrected_parts = [cells, left, unsolved, hidden, CORRECTED_LINKED * linked]
-        errors, corrected = (
-            np.hypot(factor * np.linalg.norm(each, axis=0), iteration) for each in (parts, corrected_parts)
-        )
-        if self._setup.model.line:  # there the radii are half-widths
-            errors[WIDTHS_ALONG_X] = np.maximum(errors[WIDTHS_ALONG_X], errors[[CONTACT, STICK]])
-        change[imposed] = 0.0
+        iteration = residuals * self._scales(summary)
+        largest = dict(zip(ESTIMATED, self._largest.tolist(), strict=True))
+        least = floors(self._cells, state, largest, self._shear_path, self._in_annuli)
+        change = self._change_by_increments(summary.step)
+        held = np.maximum(np.abs(change), self._remembered if summary.P else 0.0)
         if summary.step in self._path.last_steps:
-            self._changes_before = largest_change
+            self._remember(change)
+        held *= INCREMENTS * (1.0 + 1.0 / self._fewest[summary.stage - 1])
+        parts = np.array([self._by_cells(summary.step), least, self._linked(change), held])
+        if self._shear_path.left <= SLIDING or not summary.P:  # then the loads are those of the friction limit
+            left = self._shear_path.left * self._carried(summary) * np.array([1.0, 1.0, torque_arm(summary)])
+            parts[:, SHEAR_LOADS] = np.minimum(parts[:, SHEAR_LOADS], left)
+            change[SHEAR_LOADS] = np.clip(change[SHEAR_LOADS], -left, left)
+        parts[:, imposed] *= 0.0  # where a coarse run has failed, it stays NaN
+        change[imposed] = 0.0
+        errors, corrected = (
+            np.hypot(np.linalg.norm([*parts[:2], *(left * parts[2:])], axis=0), iteration) for left in (1.0, LEFT)
+        )
         self._follow(self._path.after(self._summaries))
         return SummaryErrors(
             *errors.tolist(),
             *(values + change)[CORRECTABLE].tolist(),
             *corrected[CORRECTABLE].tolist(),
-            *(self._runs.cost() - cost_before).tolist(),
+            *(self.runs.cost() - cost_before).tolist(),
         )
-
-    @property
-    def _before(self) -> Summary | None:
-        """The summary of the increment before the last one."""
-        return self._summaries[-2] if len(self._summaries) > 1 else None
 
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
-        pressed = self._least_errors.sheared_by_pressing(summary)
         count = self._setup.load_path.counts[summary.stage - 1]
-        carried = self._carried(summary)
-        at_edge = math.hypot(
-            self._least_errors.energy_at_edge(summary, count),
-            energy_of_fall(self._before, summary, share_of_limit(summary, carried)),
-        )
-        at_edge = min(at_edge, ALL * summary.work)
-        self._shear_path = self._shear_path.after(
-            summary, carried, pressed, at_edge, count, known=room(self._setup.model)
-        )
-        if self._setup.model.coupled:
-            pressed_alone = summary.stage <= self._pressing_stages
-            self._askew = self._askew or (pressed_alone and moved_sideways(summary, carried))
-        if self._setup.model.coupled or self._shear_path.turned > UNSHEARED:
-            self._near_sliding = self._near_sliding.after(self._shear_path, summary)
-        if summary.stage == 1:
-            self._pressed_energy = pressed_energy(self._setup.model, summary)
-        if summary.stage == self._pressing_stages + 1 and self._shear_path.left > LEAST_LEFT:  # sliding is known
-            sheared = sheared_energy(self._setup.model, summary, self._pressing_increments)
-            self._pressed_energy = max(self._pressed_energy, sheared)
-        middle = self._least_errors.unseen_middle(summary)
-        increments = pressed_up_to(self._summaries, float(self._largest[LOAD]))
-        edge = max(
-            early_edge(self._setup.model, summary, self._pressing_increments),
-            edge_of_unloading(self._setup.model, summary, increments),
-        )
-        radius = max(
-            of_unloading(self._setup.model, increments),
-            pressed_radius(self._setup.model, summary, self._pressing_increments),
-        )
-        self._missed = self._missed.after(middle, edge, radius)
-        self._missed = self._with_late_contact(summary, count)
-
-    def _with_late_contact(self, summary: Summary, count: int) -> MissedMotion:
-        """Return what has been missed, with that of an increment that presses and shears, or pulls a body meanwhile.
-
-        `ShearPath` follows loads in all of them, but not bulk stress; of a single one the coarse runs show no order.
-        """
-        before = self._before
-        modulus = self._setup.model.compliances.contact_modulus
-        pulled = self._mismatch(summary, before) * modulus * summary.contact_radius
-        if not summary.contact_radius or (count > 1 and not pulled):
-            return self._missed
-        return self._missed.after_late_contact(before, summary, self._frictions[summary.stage - 1], pulled)
+        self._shear_path = self._shear_path.after(summary, self._carried(summary), count)
+        self._in_annuli += hidden_in_annulus(self._cells, summary)
+        if self._shear_path.left > SLIDING:  # what slides is known
+            self._pressed += self._few(summary) * summary.work
 
     def _carried(self, summary: Summary) -> float:
         """Return what friction carries at most (N), where it varies by an estimate."""
         limit, shear_limit = self._frictions[summary.stage - 1] * summary.P, self._setup.case.friction.shear_limit
         return limit if shear_limit is None else min(limit, shear_limit * summary.contact_area)
 
-    def _left_to_limit(self, summary: Summary) -> DoubleArray:
-        """Return how far Qx, Qy (N) and Mz (N mm) are from the friction limit, (3,), as `ShearPath` adds them up."""
-        force = self._shear_path.to_limit * self._carried(summary)
-        return force * np.array([1.0, 1.0, summary.contact_radius / TORQUE_ARM])
-
     def _follow(self, path: LoadPath) -> None:
         """Let the coarse runs leave out the cycles that the run leaves out."""
         if path is not self._path:
-            self._runs.leave_out({stage.number for stage in set(self._path.stages) - set(path.stages)})
+            self.runs.leave_out({stage.number for stage in set(self._path.stages) - set(path.stages)})
             self._path = path
 
     def _imposed(self, step: int) -> BoolArray:
@@ -276,124 +177,74 @@ class ErrorBars:
         names = {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}
         return np.array([name in names for name in ESTIMATED])
 
-    def _cells(self, state: State, imposed: BoolArray) -> DoubleArray:
-        """Return the error of the discretisation."""
-        summary = state.summary
-        smooth = not (self._least_errors.ends or self._setup.case.friction_varies)
-        orders = (SMOOTH_ORDER if smooth else ORDER).copy()
-        if self._setup.model.coupled:
-            orders[PRESSED] -= UNLIKE_BODIES
-        else:
-            orders[[WORK, TOTAL]] += LIKE_BODIES
-        less_half, less_third = self._finer[0] ** orders - 1.0, self._finer[1] ** orders - 1.0
-        apart = less_third - less_half  # 0 where both have as few points as a coarse run may have
-        over = np.divide(less_third, apart, out=np.zeros_like(apart), where=apart > 0.0)
-        from_third, half_less_third = self._differences(summary.step, over)
-        half = (from_third - half_less_third) / less_half
-        third = from_third / less_third
-        least = self._least_errors.values(state, self._largest, self._shear_path)
-        self._missed.add_to(least, summary)
-        least[imposed] = 0.0
-        shown = SMOOTH_SHOWN * (1.0 if self._setup.model.coupled else LIKE_SHOWN) if smooth else SHOWN
-        found: DoubleArray = np.linalg.norm([shown * half, shown * third, least], axis=0)
-        return found
+    def _by_cells(self, step: int) -> DoubleArray:
+        """Return the larger error of the cells that a coarse grid shows, if it is of first order.
 
-    def _differences(self, step: int, over: DoubleArray) -> DoubleArray:
-        """Return the differences of `_from_third`, (2, values).
-
-        Those of the energy of an increment are of what is dissipated up to its ends: coarse increments are longer.
+        What an increment dissipates is compared by what is dissipated up to its ends: coarse increments are longer.
         """
-        found = np.array(self._from_third(step, over))
+        found = np.array(self._differences(step))
         found[:, WORK] = found[:, TOTAL]
         if step:
-            found[:, WORK] -= np.array(self._from_third(step - 1, over))[:, TOTAL]
-        return found
+            found[:, WORK] -= np.array(self._differences(step - 1))[:, TOTAL]
+        return np.asarray(np.max(np.abs(found) / (np.array(self._finer)[:, None] - 1.0), axis=0))
 
-    def _from_third(self, step: int, over_half_less_third: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
-        """Return the run's values less those on a third of the points, and those on half less those on a third.
+    def _differences(self, step: int) -> tuple[DoubleArray, DoubleArray]:
+        """Return the run's values less those on half and on a third of the points.
 
-        over_half_less_third: ratio of the two by the orders. After the last increment that the run on a third of the
-        points has too, the difference is taken to change by as much of the other one, which is known at all increments;
-        where that is none, as both have the same points, values on a third of the points are interpolated.
+        After the last increment that the run on a third of the points has too, its difference is taken to change by as
+        much of that of the coarse runs as the first order says, which is known at all increments. Where both have the
+        same points, values on a third of the points are interpolated.
         """
-        here, known = self._runs.point(step), self._runs.last_known(step)
-        if not over_half_less_third.any():
-            known = here
-        from_third = at_point(self._run_values, self._path, known) - self._runs.third_at(known)
-        half_less_third = self._runs.half_less_third(here)
+        half, third = self._finer
+        over = (third - 1.0) / (third - half) if third > half else 0.0
+        here = self.runs.point(step)
+        known = self.runs.last_known(step) if over else here
+        from_third = at_point(self._run_values, self._path, known) - self.runs.third_at(known)
+        half_less_third = self.runs.half_less_third(here)
         if known != here:
-            from_third += over_half_less_third * (half_less_third - self._runs.half_less_third(known))
-        return from_third, half_less_third
+            from_third += over * (half_less_third - self.runs.half_less_third(known))
+        return from_third - half_less_third, from_third
 
     def _run_values(self, step: int) -> DoubleArray:
-        """Return the run's values after `step`, zeros before the first one."""
         return values_of(self._summaries[step]) if step >= 0 else np.zeros(len(ESTIMATED))
 
-    def _change_by_increments(self, step: int, order: float) -> DoubleArray:
-        """Return what infinitely many increments would add to the values; order: of the energy of the first stage."""
-        change = self._runs.change_by_increments(step, order)
-        change[TOTAL], before = (self._change_of_total(one, order) for one in (step, step - 1))
+    def _change_by_increments(self, step: int) -> DoubleArray:
+        """Return what infinitely many increments would add to the values."""
+        change = self.runs.change_by_increments(step)
+        change[TOTAL], before = (self._change_of_total(one) for one in (step, step - 1))
         change[WORK] = change[TOTAL] - before
         return change
 
-    def _largest_change(self, change: DoubleArray) -> DoubleArray:
-        """Return the sizes of a change by the increments, of values that slip shifts at least the largest one at the
-        ends of stages so far: later ones may take it back by chance."""
-        found: DoubleArray = np.where(SHIFTED, np.maximum(np.abs(change), self._changes_before), np.abs(change))
-        return found
+    def _remember(self, change: DoubleArray) -> None:
+        """Keep the largest change by the increments at an end of a stage, along x and y alike."""
+        sizes = dict(zip(ESTIMATED, np.abs(change).tolist(), strict=True))
+        for one, other in (("Qx", "Qy"), ("delta_x", "delta_y")):
+            sizes[one] = sizes[other] = math.hypot(sizes[one], sizes[other])
+        found = np.where(REMEMBERED, list(sizes.values()), 0.0)
+        self._remembered = np.maximum(self._remembered, found)
 
-    def _change_of_total(self, step: int, order: float) -> float:
-        """Return what they would add to all that is dissipated.
-
-        The corrected energy never falls. Bars, which take the first stage as of another order, count all of the change.
-        """
+    def _change_of_total(self, step: int) -> float:
+        """Return what they would add to all that is dissipated: the corrected energy never falls."""
         if step < 0:
             return 0.0
-        if order != FIRST_ORDER:
-            return float(self._runs.change_by_increments(step, order)[TOTAL])
         known = self._corrected_totals
         for at in range(len(known) - 1, step + 1):
-            total = self._summaries[at].work_total + float(self._runs.change_by_increments(at, order)[TOTAL])
+            total = self._summaries[at].work_total + float(self.runs.change_by_increments(at)[TOTAL])
             known.append(max(total, known[-1]))
         return known[step + 1] - self._summaries[step].work_total
 
-    def _steps(self, step: int) -> Steps:
-        """Return what makes the increments up to `step` too long."""
-        counts = self._path.counts
-        stage = next(place for place, last in enumerate(self._path.last_steps) if step <= last)
-        at_once = self._at_once and 1 in counts[1 : stage + 1]
-        return Steps(
-            alone=counts[stage] == 1,
-            pressed_at_once=self._at_once,
-            sheared_at_once=at_once,
-            coarsest=self._shear_path.coarsest,
-            askew=self._askew,
-            ends=self._least_errors.ends,
-        )
+    def _few(self, summary: Summary) -> float:
+        return PRESSED / self._fewest[summary.stage - 1] ** 1.5 if self._setup.model.coupled else 0.0
 
     def _linked(self, change: DoubleArray) -> DoubleArray:
-        """Return the least errors by the increments that their change of the dissipated energy lets expect.
-
-        That of this energy is what few increments that press dissipate too much, whatever change is seen.
-        """
-        total = float(self._largest[TOTAL])
-        scales = self._largest.copy()
-        # Where few cells of the coarse grid stick, they may be the same ones with more increments.
-        scales[STICK] = 0.0 if change[STICK] else scales[CONTACT]
-        found: DoubleArray = LINKED * (min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0) * scales
-        found[TOTAL] = self._pressed_energy
+        """Return the least errors by the increments: of the energy, and of what its change lets expect."""
+        summary, total = self._summaries[-1], float(self._largest[TOTAL])
+        shown = min(abs(float(change[TOTAL])) / total, 1.0) if total else 0.0
+        scales = np.where(MOVED, self._largest, 0.0)
+        scales[STICK] = summary.contact_radius
+        found: DoubleArray = LINKED * math.hypot(shown, self._few(summary)) * scales
+        found[[TOTAL, WORK]] = self._pressed, min(self._few(summary) * summary.work, self._pressed)
         return found
-
-    def _mismatch(self, summary: Summary, before: Summary | None = None) -> float:
-        """Return the largest strain by which bulk stress stretches one body more than the other, less that before."""
-        bulk = self._setup.model.bulk
-        if bulk is None:
-            return 0.0
-        one, other = (
-            bulk.mismatch({name: getattr(row, name) for name in (*BULK[1], *BULK[2])}) if row is not None else 0.0
-            for row in (summary, before)
-        )
-        return float(np.abs(one - other).max())
 
     def _scales(self, summary: Summary) -> DoubleArray:
         """Return what residuals refer to: load or friction limit, largest displacement of its kind, or the value."""
@@ -402,7 +253,10 @@ class ErrorBars:
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         if self._setup.model.line:  # whose displacements have a free constant
             normal = tangential = self._setup.model.compliances.A * summary.P
-        tangential = max(tangential, self._mismatch(summary) * summary.contact_radius)
+        if self._setup.model.bulk is not None:  # which stretches one body more than the other
+            stresses = {name: getattr(summary, name) for name in (*BULK[1], *BULK[2])}
+            strain = float(np.abs(self._setup.model.bulk.mismatch(stresses)).max())
+            tangential = max(tangential, strain * summary.contact_radius)
         scales = {name: abs(getattr(summary, name)) for name in ESTIMATED}
         scales |= dict.fromkeys(EXTENTS, summary.contact_radius)
         scales |= {"P": summary.P, "Mx": half * summary.P, "My": half * summary.P}

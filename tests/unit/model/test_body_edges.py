@@ -10,7 +10,7 @@ import pytest
 from solving import build
 
 from fretsolve.case.keys.surface_specs import PunchSurface
-from fretsolve.model.edges import PEAK, Edge, edges, flat_part, missed_area, rounding
+from fretsolve.model.edges import PEAK, Edge, edges, flat_part, rounding
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.setup.warnings import case_warnings
 
@@ -95,34 +95,6 @@ def test_roundings_within_a_cell_are_warned_of() -> None:
     assert "edge_radius: the rounding of 0.02 mm fits into a cell of 0.0293 mm" in text
     assert not [one for one in case_warnings(setup_of(punch, points=64)) if "fits into a cell" in one]
     assert not [one for one in case_warnings(setup_of({"punch": {"radius": 0.5}})) if "rounding" in one]
-
-
-def test_cells_miss_a_part_of_a_sharp_outline() -> None:
-    """Cells of 0.03 mm: the centres of 34 lie on a length of 1 mm, those of 34 x 34 on a square of that side."""
-    grid = setup_of({"sphere": {"radius": 10.0}}, points=40).grid
-
-    def missed(surface: dict[str, Any]) -> float:
-        return missed_area(setup_of(surface).case.surface[0], grid)
-
-    for axis in ("x", "y"):
-        assert missed({"cylinder": {"radius": 5.0, "axis": axis, "length": 1.0}}) == pytest.approx(0.02)
-    assert missed({"punch": {"half_width": 0.5}}) == pytest.approx(0.0404)
-    assert 0.0 < missed({"punch": {"radius": 0.5}}) < 0.03
-    assert missed({"cylinder": {"radius": 5.0, "axis": "30 deg", "length": 1.0}}) == 0.0
-    assert missed({"sphere": {"radius": 10.0}}) == 0.0
-    line = set_up(build(plane="strain", surface={"punch": {"half_width": 0.5}}, grid={"points": 48, "size": 1.3}))
-    assert missed_area(line.case.surface[0], line.grid) == pytest.approx(1.0 - 36 * 1.3 / 48)
-
-
-def test_sharp_edges_hide_slip_near_the_friction_limit_alone() -> None:
-    sharp = Edge(0.0, np.ones((2, 1), dtype=bool))
-    limit = np.array([[30.0], [10.0]])
-    assert sharp.hidden_stress(limit, 0.5 * limit, 0.3, 0.0) == 0.0
-    assert sharp.hidden_stress(limit, 0.9 * limit, 0.3, 0.0) == pytest.approx((30.0**2 + 10.0**2) * 0.08)
-    # the shear that is gone by now was largest where the pressure is
-    assert sharp.hidden_stress(limit, 0.0 * limit, 0.6, 0.0) == pytest.approx(30.0**2 * 0.08)
-    assert sharp.hidden_stress(limit, 0.5 * limit, 0.3, 0.5) == pytest.approx((30.0**2 + 10.0**2) * 0.1)
-    assert Edge(0.1, sharp.near).hidden_stress(limit, limit, 1.0, 0.0) == 0.0
 
 
 @pytest.mark.parametrize("covered", [1.0, 0.8, 0.5, 1.0 / 3.0, 0.1])

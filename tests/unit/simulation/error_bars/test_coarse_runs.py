@@ -17,9 +17,15 @@ from fretsolve.errors import GridEdgeError
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import ESTIMATED, State
 from fretsolve.setup.problem_setup import ProblemSetup, set_up
-from fretsolve.simulation.error_bars.coarse_runs import MOST_RINGS, CoarseRun, CoarseRuns, coarser
+from fretsolve.simulation.error_bars.coarse_runs import (
+    MOST_RINGS,
+    CoarseRun,
+    CoarseRuns,
+    PathPoint,
+    coarser,
+    common_points,
+)
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.error_bars.path_points import PathPoint
 
 FORCE = 0.6 * FRICTION * LOAD
 PATH = [{"P": LOAD, "increments": 4}, {"Qx": FORCE, "increments": 4}]
@@ -125,26 +131,6 @@ def test_coarse_run_goes_as_far_as_it_is_asked() -> None:
     np.testing.assert_allclose(between, 0.5 * (middle + three))
 
 
-@pytest.mark.parametrize("grid", [{"points": 36}, {"points": [36, 48], "size": [0.7, 0.75]}])
-def test_two_coarse_runs_that_share_a_solver_have_the_bits_of_runs_alone(grid: dict[str, Any]) -> None:
-    path = [{"P": 100.0, "increments": 2}, {"Qx": 20.0, "Mz": 1.0, "increments": 3}, {"P": 300.0, "increments": 1}]
-    setup = set_up(build(bodies=DISSIMILAR, friction=0.3, grid=grid, load_path=path))
-    runs = CoarseRuns(setup, 1)
-    third, other = runs.third, runs.other_increments
-    assert other is not None
-    for step in range(setup.load_path.increments):  # in turns, as the run asks for them
-        runs.half_less_third(runs.point(step))
-        runs.change_by_increments(step)
-    assert other.solver is third.solver is not runs.half.solver
-    for coarse in (third, other):
-        alone = CoarseRun(coarse.setup, 1)
-        for step in range(coarse.setup.load_path.increments):
-            found, expected = coarse.values(step), alone.values(step)
-            measured = ~np.isnan(found)  # zones are, where the difference of the two is asked for
-            assert np.count_nonzero(measured) > len(ESTIMATED) / 2
-            assert np.array_equal(found[measured], expected[measured])
-
-
 @pytest.mark.parametrize(
     ("counts", "third", "other", "half"),
     [
@@ -169,3 +155,14 @@ def test_coarse_runs_stand_for_some_with_all_increments(
         place = ESTIMATED.index(name)
         assert abs(runs.third_at(point)[place] - of_third[place]) < 0.03 * values[place], name
         assert abs(runs.half_less_third(point)[place] - (of_half - of_third)[place]) < 0.05 * values[place], name
+
+
+def test_points_at_which_both_coarse_runs_have_an_increment() -> None:
+    path = [{"P": 400, "increments": 4}, {"Qx": 20, "increments": 1}, {"Qx": 30, "increments": 5}]
+    fine = setup_of(bodies=DISSIMILAR, load_path=path).load_path
+    fewer = fine.with_counts((2, 1, 2))
+    assert common_points(fine, fewer, PathPoint(0, 0.25)) == (PathPoint(0, 0.0), PathPoint(0, 0.5), 0.5)
+    assert common_points(fine, fewer, PathPoint(0, 0.5)) == (PathPoint(0, 0.5), PathPoint(0, 0.5), 0.0)
+    first, second, share = common_points(fine, fewer, PathPoint(2, 0.2))
+    assert (first, second) == (PathPoint(1, 1.0), PathPoint(2, 0.5))
+    assert share == pytest.approx(0.4)
