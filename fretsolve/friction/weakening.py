@@ -10,18 +10,21 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from fretsolve.case.keys.friction_spec import FrictionSpec
-from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
 from fretsolve.friction.limit import FrictionLimit
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.result.state import Fields
 from fretsolve.system.arrays import TINY, DoubleArray, FloatArray
+
+Tangential = Callable[[DoubleArray, DoubleArray], object]
+"""Writes the displacement by a shear traction, both (2, nx, ny), to its second argument."""
 
 MOST_STEPS, CLOSE = 30, 1e-3
 """Power steps, and the change at which the eigenvalue is known well enough."""
@@ -52,14 +55,14 @@ def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLi
     return np.where(limit < friction.shear_limit, fall, 0.0)
 
 
-def largest_growth(fall: DoubleArray, operator: ElasticOperator) -> float:
-    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form."""
+def largest_growth(fall: DoubleArray, tangential: Tangential) -> float:
+    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form; tangential: applies A."""
     root = np.sqrt(fall)
     vector, found = root / max(float(np.linalg.norm(root)), TINY), 0.0
     shear, moved = np.zeros((2, *fall.shape)), np.zeros((2, *fall.shape))
     for _ in range(MOST_STEPS):
         shear[0] = root * vector
-        operator.tangential(shear, moved)
+        tangential(shear, moved)
         image = root * moved[0]
         before, found = found, float(np.vdot(vector, image))
         vector = image / max(float(np.linalg.norm(image)), TINY)
@@ -82,16 +85,16 @@ def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float)
 
 
 def require_stable(
-    spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit, operator: ElasticOperator
+    spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit, tangential: Tangential
 ) -> None:
     """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it.
 
-    pressure, friction: as for `fall_per_slip`.
+    pressure, friction: as for `fall_per_slip`; tangential: as for `largest_growth`.
     """
     fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, friction)
     if fall is None or not fall.any():
         return
-    growth = largest_growth(fall, operator)
+    growth = largest_growth(fall, tangential)
     if growth >= 1.0:
         over = "slip" if spec.slip else "energy"
         raise WeakeningError(

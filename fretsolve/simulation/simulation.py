@@ -164,7 +164,7 @@ def _friction_limit(
     """
     limit = friction.limit(fields, coefficient)
     if setup.model.friction_evolves:
-        require_stable(setup.case.friction, fields.pressure, limit, solver.level.operator)
+        require_stable(setup.case.friction, fields.pressure, limit, solver.level.operator.tangential)
     return limit
 
 

@@ -38,7 +38,7 @@ def test_threshold_of_full_slip(uniform, factor):
     )
     r = np.hypot(setup.grid.x[:, None], setup.grid.y[None, :])
     fall = np.where(r < a, 1.0 if uniform else np.sqrt(np.maximum(1.0 - (r / a) ** 2, 0.0)), 0.0)
-    assert largest_growth(fall, operator) / (0.25 * material.tangential * a) == pytest.approx(factor, rel=0.01)
+    assert largest_growth(fall, operator.tangential) / (0.25 * material.tangential * a) == pytest.approx(factor, rel=0.01)
 
 
 @pytest.mark.parametrize(
