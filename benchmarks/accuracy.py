@@ -35,10 +35,11 @@ from random_cases import random_cases
 from fretsolve.case.dimensions import percent
 from fretsolve.case.models import Case
 from fretsolve.errors import NoSolutionError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State
 from fretsolve.result.verdict import JUDGED_QUANTITIES, Verdict, best_column, scales, verdict
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.problem_setup import set_up
 
 KNOWN, UNSEEN, CLOSED_FORMS = "known", "unseen", "unseen closed forms"
 LEVELS = ("draft", "standard", "reference", "0.1 %")

@@ -28,10 +28,11 @@ from pathlib import Path
 import numpy as np
 
 import fretsolve
-from fretsolve.increment.increment import Solved
-from fretsolve.increment.states import InitialState
-from fretsolve.model.load_path import Increment
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.contact.increment.increment import Solved
+from fretsolve.contact.increment.states import InitialState
+from fretsolve.problem.model.load_path import Increment
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import increment_solver
 
 os.environ.setdefault("FRETSOLVE_NUMBA", "1")  # also for runs too short to pay for loading numba
@@ -48,7 +49,7 @@ RUNS = 3
 SMALL, LARGE = (32, 64, 128), (256, 512, 1024, 2048)
 
 LEAST_IN_PARTS = 256
-"""Points per side of a grid that is large enough to be cut into parts (`fretsolve.kernels.parts`)."""
+"""Points per side of a grid that is large enough to be cut into parts (`fretsolve.elastic.kernels.parts`)."""
 
 LARGEST_OF_PATHS = 1024
 """Points per side up to which a whole path is measured; a larger one takes a quarter of an hour."""

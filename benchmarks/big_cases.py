@@ -27,9 +27,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import fretsolve
+from fretsolve.problem.setup.cost_estimate import estimate
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
-from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
 from fretsolve.system.signals import StopRequest
 

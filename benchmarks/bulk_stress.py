@@ -16,8 +16,8 @@ from fretsolve import run
 from fretsolve.case.keys.body_spec import ElasticBody
 from fretsolve.case.line_case import LineCase
 from fretsolve.case.models import Case
-from fretsolve.model.materials import compliances
-from fretsolve.plots.labels import CLOSED_FORM, marks
+from fretsolve.post.plots.labels import CLOSED_FORM, marks
+from fretsolve.problem.model.materials import compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.line import HertzLine
 from fretsolve.reference.line_slip import LinePartialSlip

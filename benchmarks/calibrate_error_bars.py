@@ -28,9 +28,10 @@ from random_scenes import scene_of, unseen_cases
 
 from fretsolve.case.history import HISTORY_DIMENSIONS, LINE_DIMENSIONS
 from fretsolve.errors import NoSolutionError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, Summary, SummaryErrors
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.problem_setup import set_up
 
 QUANTITIES = {
     **dict.fromkeys(("P", "Qx", "Qy"), "N"),

@@ -17,14 +17,15 @@ from typing import Any
 import fretsolve
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
-from fretsolve.model.edges import rounding
-from fretsolve.model.materials import Compliances
+from fretsolve.problem.model.edges import rounding
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin
 from fretsolve.result.state import CORRECTED
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_runs import FIRST_ORDER
+from fretsolve.simulation.problem_setup import set_up
 
 Truth = Mapping[int, Mapping[str, float]]
 """Values of the history at the end of stages (1-based)."""

@@ -18,9 +18,9 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.fatigue import criteria, critical_plane
-from fretsolve.fatigue.criteria import fatigue_field
-from fretsolve.fatigue.names import CRITERIA
+from fretsolve.post.fatigue import criteria, critical_plane
+from fretsolve.post.fatigue.criteria import fatigue_field
+from fretsolve.post.fatigue.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
 MATERIAL = Material(
@@ -40,9 +40,9 @@ def loop(points: int, depths: int) -> Iterator[DoubleArray]:
     from pathlib import Path
 
     from fretsolve import open_result
-    from fretsolve.commands.run import run_case
-    from fretsolve.stress.request import layers, stress_request
-    from fretsolve.stress.tractions import TractionHistory, last_cycle
+    from fretsolve.cli.commands.run import run_case
+    from fretsolve.post.stress.request import layers, stress_request
+    from fretsolve.post.stress.tractions import TractionHistory, last_cycle
     from fretsolve.system.signals import StopRequest
 
     steel = "{young_modulus: 200 GPa, poisson_ratio: 0.3}"

@@ -33,11 +33,11 @@ import precision
 from helpers import printed, put_parts_into
 
 import fretsolve
-from fretsolve.commands.check import cases_at, check_case
+from fretsolve.cli.commands.check import cases_at, check_case
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import CattaneoMindlin, LubkinContact, cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import State
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 CLOSED = "closed form"

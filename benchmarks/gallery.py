@@ -4,8 +4,8 @@
     python benchmarks/gallery.py figure_12 contact_map   # some
     python benchmarks/gallery.py -o FOLDER
 
-`fretsolve.plots` draws those that show one result, the code here those that compare several runs in one panel. Figures
-with a number are those of Gallego, Nelias & Deyber, Wear 2009, whose numbers they have.
+`fretsolve.post.plots` draws pictures of one result, the code here pictures that compare several runs in one panel.
+Figures with a number are those of Gallego, Nelias & Deyber, Wear 2009, whose numbers they have.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from fretsolve import plots
-from fretsolve.model.materials import Compliances, compliances
-from fretsolve.plots.canvas import own_style
-from fretsolve.plots.labels import CLOSED_FORM, marks, physical_name
-from fretsolve.plots.reference import hertz_pressure, shear_form
+from fretsolve.post import plots
+from fretsolve.post.plots.canvas import own_style
+from fretsolve.post.plots.labels import CLOSED_FORM, marks, physical_name
+from fretsolve.post.plots.reference import hertz_pressure, shear_form
+from fretsolve.problem.model.materials import Compliances, compliances
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result import Result, open_result

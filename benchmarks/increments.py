@@ -17,8 +17,9 @@ from typing import Any
 
 import fretsolve
 from fretsolve.case.models import Case
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import Summary
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 
 STEEL = {"young_modulus": 200e3, "poisson_ratio": 0.3}
 SIMILAR = [STEEL, STEEL]

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import fretsolve
-from fretsolve.model.materials import compliances
+from fretsolve.problem.model.materials import compliances
 from fretsolve.reference.line import HertzLine, LineContact, RoundedPunch, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import State
@@ -62,7 +62,7 @@ def errors(name: str, cells: int) -> Mapping[str, float]:
 def _compared(
     case: object, states: Sequence[State], contact: LineContact, slip: LinePartialSlip
 ) -> Iterator[tuple[str, float, float]]:
-    from fretsolve.setup.problem_setup import set_up
+    from fretsolve.simulation.problem_setup import set_up
 
     x = set_up(case).grid.x  # type: ignore[arg-type]
     pressed, sheared = states[0], states[1]

@@ -23,8 +23,9 @@ from bench_path import CASES, compile_kernels, peak_bytes
 
 import fretsolve
 from fretsolve.errors import NoSolutionError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State, Summary
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 
 TOLERANCES = (1e-4, 1e-5, 1e-6)
 """The last is one that a case may not ask for in single precision."""

@@ -20,8 +20,9 @@ from calibration_cases import CalibrationCase
 
 from fretsolve.case.history import BULK
 from fretsolve.case.models import Case
-from fretsolve.setup.contact_size import AREA_MARGIN
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.problem.setup.contact_size import AREA_MARGIN
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.simulation.problem_setup import set_up
 
 SURFACES = (
     *("sphere",) * 4,

@@ -30,10 +30,10 @@ from random_cases import (
 
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
-from fretsolve.model.materials import compliances
+from fretsolve.problem.model.materials import compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.line import HertzLine
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 
 FIRST_SEED = 54
 """First seed that draws these scenes."""

@@ -21,7 +21,8 @@ from bench_path import peak_bytes
 from helpers import parser_of, report
 
 import fretsolve
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.simulation.problem_setup import set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 PAPER = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]"

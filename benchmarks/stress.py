@@ -22,10 +22,10 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve.elastic.fftw import plan, pyfftw
-from fretsolve.model.grid import Grid
-from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.influence import point_influence
-from fretsolve.stress.layers import LayerConvolution, Window
+from fretsolve.post.stress.edge import EdgeExtrapolation
+from fretsolve.post.stress.influence import point_influence
+from fretsolve.post.stress.layers import LayerConvolution, Window
+from fretsolve.problem.model.grid import Grid
 
 TIMED_DEPTHS, TIMED_INCREMENTS = 3, 8
 NU, MU = 0.3, 0.4

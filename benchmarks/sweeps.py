@@ -28,7 +28,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import fretsolve
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 
 ROOT = Path(__file__).resolve().parent.parent
 CASE = ROOT / "cases" / "mode1_similar.yaml"

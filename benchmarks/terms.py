@@ -23,11 +23,11 @@ from helpers import data_file, parser_of, report, write_csv
 
 import fretsolve
 from fretsolve.errors import NoSolutionError
-from fretsolve.model.materials import Compliances
+from fretsolve.problem.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import gross_slip_torque
 from fretsolve.result.state import Summary
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 
 CASES = Path(__file__).resolve().parent.parent / "cases"
 
@@ -275,7 +275,7 @@ def print_elsewhere(points: int) -> None:
 
 def draw(points: int, file: Path) -> None:
     """Draw errors over Dundurs' constant by friction, and over the time saved."""
-    from fretsolve.plots.canvas import canvas, rendered
+    from fretsolve.post.plots.canvas import canvas, rendered
 
     marks = {"I": ("o", "#0072B2"), "II": ("s", "#E69F00"), "III": ("^", "#009E73")}
     with canvas(None, 3, (3.7, 3.1)) as drawn:

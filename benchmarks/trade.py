@@ -36,14 +36,14 @@ from numba.core import event
 
 from fretsolve import open_result, run_with_error_bars
 from fretsolve.case.dimensions import percent
-from fretsolve.kernels import readying_seconds
+from fretsolve.elastic.kernels import readying_seconds
 from fretsolve.simulation import simulation
-from fretsolve.study.assessment import AssessedRun, Assessment, assess, front
-from fretsolve.study.plan import StudyPlan, StudyRequest, make_study_plan
-from fretsolve.study.report import key_names, two_digits
 from fretsolve.sweep.case_run import run_serially
 from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import ENERGIES, StageQuantity
+from fretsolve.sweep.study.assessment import AssessedRun, Assessment, assess, front
+from fretsolve.sweep.study.plan import StudyPlan, StudyRequest, make_study_plan
+from fretsolve.sweep.study.report import key_names, two_digits
 from fretsolve.system.signals import StopRequest
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -393,8 +393,8 @@ def write_trade(file: Path, study: str, modes: Sequence[str], asked: Asked) -> N
 
 def draw(modes: Sequence[str], asked: Asked, folder: Path) -> None:
     """Draw the studies of grids and increments from their table, as ``fretsolve study`` does."""
-    from fretsolve.plots.canvas import rendered
-    from fretsolve.study.plot import trade
+    from fretsolve.post.plots.canvas import rendered
+    from fretsolve.sweep.study.plot import trade
 
     for mode in modes:
         picture = trade(recorded(mode, STUDIES[0], asked), f"Mode {mode}")

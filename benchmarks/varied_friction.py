@@ -17,10 +17,10 @@ from helpers import parser_of, report
 from fretsolve import run
 from fretsolve.case.keys.body_spec import ElasticBody
 from fretsolve.case.models import Case
-from fretsolve.model.materials import compliances
+from fretsolve.problem.model.materials import compliances
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.result.state import Summary
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 
 LOAD, RADIUS, SIZE = 400.0, 10.0, 0.9
 

@@ -50,7 +50,7 @@ RESULTS = {
     "fretsolve.result": ("Result",),
     "fretsolve.result.state": ("State", "Summary", "SummaryErrors", "Fields", "Zone"),
 }
-PICTURES = "fretsolve.plots"
+PICTURES = "fretsolve.post.plots"
 CLOSED_FORMS = tuple(
     f"fretsolve.reference.{name}"
     for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "line", "line_slip", "worn_contact")
@@ -167,7 +167,7 @@ def python_pictures() -> Iterator[str]:
     """Return what all functions that draw have in common, and how to call each."""
     module = importlib.import_module(PICTURES)
     yield _paragraphs(inspect.getdoc(module) or "") + "\n"
-    yield "[fretsolve plot](commands.md#fretsolve-plot) says what each draws, `help(fretsolve.plots.loop)` how.\n"
+    yield "[fretsolve plot](commands.md#fretsolve-plot) says what each draws, `help(fretsolve.post.plots.loop)` how.\n"
     for name in module.__all__:
         if name[0].islower():
             yield f"- `{name}{_signature(_found(PICTURES, name)).partition(' -> ')[0]}`"

@@ -13,10 +13,11 @@ from scipy.integrate import quad
 
 from fretsolve import run
 from fretsolve.case.models import Case
-from fretsolve.model.materials import compliances
+from fretsolve.problem.model.materials import compliances
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import State
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 
 SIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.3},) * 2
 DISSIMILAR = ({"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42})

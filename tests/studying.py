@@ -7,7 +7,7 @@ from pathlib import Path
 
 from small_cases import LOOP, write_case
 
-from fretsolve.study.plan import ReferenceKind, StudyPlan, StudyRequest, make_study_plan
+from fretsolve.sweep.study.plan import ReferenceKind, StudyPlan, StudyRequest, make_study_plan
 
 EXPECT = "expect: [{quantity: delta_x, value: 0.863748e-3 mm, rel: 1 %, stage: 2}, {quantity: Qx, value: 0, abs: 1}]\n"
 BRIEF = ("--quantity", "delta_x", "--quantity", "delta_x@2", "--quantity", "work_total")

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.model.grid import Grid
-from fretsolve.model.materials import Compliances
-from fretsolve.simulation.zones.edge_law import ZoneFields
-from fretsolve.simulation.zones.zone_sizes import ZoneSize, zone_sizes
+from fretsolve.contact.zones.edge_law import ZoneFields
+from fretsolve.contact.zones.zone_sizes import ZoneSize, zone_sizes
+from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.model.materials import Compliances
 
 
 def contact_size(pressure: np.ndarray, gap: np.ndarray, grid: Grid, materials: Compliances) -> ZoneSize:

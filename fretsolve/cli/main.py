@@ -1,4 +1,4 @@
-"""Read the options of each command and call its function in `fretsolve.commands`, which has parameters of these names.
+"""Read the options of each command and call its function in `cli.commands`, which has parameters of these names.
 
 Only click is imported here; what a command needs is imported when it is called.
 """
@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from fretsolve import __version__
+from fretsolve.case.templates import TEMPLATES
 from fretsolve.cli.command_line import CommandLine
 from fretsolve.cli.options import (
     FILE,
@@ -28,11 +29,10 @@ from fretsolve.cli.options import (
     with_error_bars,
 )
 from fretsolve.cli.sweep import sweep
-from fretsolve.export import FORMATS
-from fretsolve.plots import KINDS, Sheet
+from fretsolve.post.export import FORMATS
+from fretsolve.post.plots import KINDS, Sheet
 from fretsolve.system.environment import available, quick_imports, set_up_numerics
 from fretsolve.system.signals import StopRequest
-from fretsolve.templates import TEMPLATES
 
 _CASE = click.argument("case", type=FILE)
 _CASES = click.argument("cases", type=FILE, nargs=-1, required=True, metavar="CASE...")
@@ -91,7 +91,7 @@ def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: A
     threads = available(threads)
     with StopRequest() as stop:
         with quick_imports():
-            from fretsolve.commands.run import run_case
+            from fretsolve.cli.commands.run import run_case
 
         return run_case(overrides=overrides, threads=threads, stop=stop, **options)
 
@@ -106,7 +106,7 @@ def validate(overrides: tuple[str, ...], error_bars: bool, **options: Any) -> in
     It prints all values with their defaults, the model, grid, stages, expected results, memory and cost.
     """
     with quick_imports():
-        from fretsolve.commands.validate import validate_cases
+        from fretsolve.cli.commands.validate import validate_cases
 
     return validate_cases(overrides=with_error_bars(overrides, error_bars), **options)
 
@@ -128,7 +128,7 @@ def check(**options: Any) -> int:
     case is wrong (2), there is no solution (3), a value is outside its tolerance (1).
     """
     with quick_imports():
-        from fretsolve.commands.check import check_cases
+        from fretsolve.cli.commands.check import check_cases
 
     return check_cases(**options)
 
@@ -174,8 +174,8 @@ def study(out: Path | None, quiet: bool, **options: Any) -> int:
     have a result, else 3.
     """
     with StopRequest() as stop:
-        from fretsolve.commands.study import study_case
-        from fretsolve.study.plan import StudyRequest
+        from fretsolve.cli.commands.study import study_case
+        from fretsolve.sweep.study.plan import StudyRequest
 
         return study_case(StudyRequest(**options), out, stop, quiet=quiet)
 
@@ -195,7 +195,7 @@ def show(**options: Any) -> int:
     """
     if options["as_json"] and options["as_csv"]:
         raise click.UsageError("--json and --csv exclude each other.")
-    from fretsolve.commands.show import show_result
+    from fretsolve.cli.commands.show import show_result
 
     return show_result(**options)
 
@@ -259,8 +259,8 @@ def plot(
     """Draw a result. The help is given above, since it lists the kinds of pictures."""
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
-    from fretsolve.commands.plot import plot_result
-    from fretsolve.plots.kinds import Shown
+    from fretsolve.cli.commands.plot import plot_result
+    from fretsolve.post.plots.kinds import Shown
 
     shown = Shown(fields=tuple(name for text in fields for name in text.split(",") if name), **of_kinds)
     return plot_result(out, None if every_kind else kinds or ("loop",), target, shown, Sheet(width, title, dpi))
@@ -286,7 +286,7 @@ def export(**options: Any) -> int:
     npz   for NumPy: history and fields.
     heights  for another case: worn depth and worn separation after the last increment, or that of --step, as maps.
     """
-    from fretsolve.commands.export import export_result
+    from fretsolve.cli.commands.export import export_result
 
     return export_result(**options)
 
@@ -312,7 +312,7 @@ def stress(threads: int, **options: Any) -> int:
     FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
     the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
     """
-    from fretsolve.commands.stress import StressOptions, stress_of_result
+    from fretsolve.cli.commands.stress import StressOptions, stress_of_result
 
     return stress_of_result(StressOptions(threads=available(threads), **options))
 
@@ -353,7 +353,7 @@ def fatigue(threads: int, cycle: str, **options: Any) -> int:
     `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
     no cycle.
     """
-    from fretsolve.commands.fatigue import FatigueOptions, fatigue_of_result
+    from fretsolve.cli.commands.fatigue import FatigueOptions, fatigue_of_result
 
     return fatigue_of_result(FatigueOptions(threads=available(threads), **options))
 
@@ -374,7 +374,7 @@ def new(kind: str, target: Path | None) -> int:
     line        a line contact in plane strain, the specimen pulled in phase
     wear        a scar worn over 100000 cycles, of which a few are solved
     """
-    from fretsolve.commands.new import new_case
+    from fretsolve.cli.commands.new import new_case
 
     return new_case(kind, target or Path(f"{kind}.yaml"))
 
@@ -386,7 +386,7 @@ def materials() -> int:
     A body of a case takes one by its name, as {material: Ti-6Al-4V}; keys beside it, as young_modulus: 120 GPa,
     override its constants. Constants are those at room temperature. Compare them with those of your own material.
     """
-    from fretsolve.commands.new import print_materials
+    from fretsolve.cli.commands.new import print_materials
 
     return print_materials()
 
@@ -400,6 +400,6 @@ def schema(target: Path | None, overwrite: bool) -> int:
     Begin a case with the line `# yaml-language-server: $schema=FILE`: editors with the YAML language server then
     complete its keys, show their meaning and mark mistakes.
     """
-    from fretsolve.commands.new import print_schema
+    from fretsolve.cli.commands.new import print_schema
 
     return print_schema(target, overwrite=overwrite)

@@ -57,7 +57,7 @@ class StepRange(click.ParamType):  # type: ignore[type-arg]  # not generic befor
 
 
 def picture_options(command: Command) -> Command:
-    """Add the options of the look of pictures, which are the fields of `fretsolve.plots.Sheet`."""
+    """Add the options of the look of pictures, which are the fields of `fretsolve.post.plots.Sheet`."""
     of_width = "Width of the picture in mm; by default 90 or 190, a column of a journal or two, as the picture needs."
     of_dpi = "Dots per inch of PNG; films have a third of them."
     width = click.option("--width", type=Number(80.0, 1000.0), metavar="MM", help=of_width)

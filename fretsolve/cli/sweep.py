@@ -18,7 +18,7 @@ from fretsolve.cli.options import (
     quiet_option,
     repeatable_option,
 )
-from fretsolve.plots import Sheet
+from fretsolve.post.plots import Sheet
 from fretsolve.system.signals import StopRequest
 
 MOST_JOBS = 1024
@@ -85,7 +85,7 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, 
     notice = "stopping after the current increments; a second signal stops this command at once"
     at_once = "stopped; its processes stop after their increments, then the same command continues the sweep"
     with StopRequest(notice, at_once=at_once, idle=True) as stop:
-        from fretsolve.commands.sweep import run_sweep
+        from fretsolve.cli.commands.sweep import run_sweep
 
         return run_sweep(file, out, jobs, engine, stop, dry=dry, quiet=quiet)
 
@@ -102,7 +102,7 @@ def work(folder: Path, indices: list[int], requeued: bool) -> int:
     For job scripts of any scheduler. DIR is the folder of the sweep.
     """
     with StopRequest() as stop:
-        from fretsolve.commands.sweep import work
+        from fretsolve.cli.commands.sweep import work
 
         return work(folder, indices, stop, requeued=requeued)
 
@@ -114,7 +114,7 @@ def status(folder: Path) -> int:
 
     For failed cases it prints the reasons.
     """
-    from fretsolve.commands.sweep import status
+    from fretsolve.cli.commands.sweep import status
 
     return status(folder)
 
@@ -135,7 +135,7 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
 
     It has error bars where the results have them. The tables in DIR belong to the sweep and are written anew each time.
     """
-    from fretsolve.commands.sweep import collect_sweep
+    from fretsolve.cli.commands.sweep import collect_sweep
 
     return collect_sweep(folder, out, quantities, fields=fields, overwrite=overwrite)
 
@@ -159,6 +159,6 @@ def plot(folder: Path, kind: str, quantity: str | None, over: tuple[str, ...], o
     slip, mixed and gross slip, over two keys, with contours of the energy ratio of cycles. It needs matplotlib: pip
     install '.[plot]' in a clone of fretsolve.
     """
-    from fretsolve.commands.sweep import plot_sweep
+    from fretsolve.cli.commands.sweep import plot_sweep
 
     return plot_sweep(folder, kind, quantity, over, out, Sheet(**look))

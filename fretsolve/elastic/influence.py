@@ -2,7 +2,7 @@
 
 Sources: Love (1929); Johnson, Contact Mechanics (1985), section 3. The point solutions of Boussinesq and Cerruti are
 integrated over a rectangular cell. Both bodies are summed; the displacement is u2 - u1, in the direction of the
-traction on body 2. With A, B, C, E* of `fretsolve.model.materials` they are (T5 of docs/theory.md):
+traction on body 2. With A, B, C, E* of `fretsolve.problem.model.materials` they are (T5 of docs/theory.md):
 
     uz from p   1/(pi E*) int 1/r
     ux from qx  1/(2 pi)  int (A/r + B x^2/r^3)        uy from qy with y^2
@@ -25,7 +25,7 @@ import numpy as np
 
 from fretsolve.elastic.fftw import plan
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.materials import Compliances
+from fretsolve.problem.model.materials import Compliances
 from fretsolve.system.arrays import DoubleArray, FloatArray
 
 Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]

@@ -16,9 +16,9 @@ from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.influence import Influence, KernelSpectrum
 from fretsolve.elastic.operator import ElasticOperator, Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.grid import LineGrid
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 from fretsolve.system.arrays import DoubleArray, FloatArray
 
 

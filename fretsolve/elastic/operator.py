@@ -23,8 +23,8 @@ from fretsolve.elastic.influence import (
     inverse_distance,
 )
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray
 
 INNER_PRECISION = np.float32

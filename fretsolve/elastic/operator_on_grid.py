@@ -8,9 +8,9 @@ import numpy as np
 
 from fretsolve.elastic.operator import ElasticOperator, Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.grid import Grid, HalfGrid, LineGrid
-from fretsolve.model.materials import Compliances, Orthotropy
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.grid import Grid, HalfGrid, LineGrid
+from fretsolve.problem.model.materials import Compliances, Orthotropy
+from fretsolve.problem.model.required_terms import Terms
 from fretsolve.system.arrays import FloatArray
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.elastic.fftw import pyfftw
-from fretsolve.kernels import NUMPY, Kernels
-from fretsolve.kernels.parts import in_order, parts_of
+from fretsolve.elastic.kernels import NUMPY, Kernels
+from fretsolve.elastic.kernels.parts import in_order, parts_of
 
 ALIGNMENT = 64
 """Bytes of a cache line and of the longest vector instructions."""

@@ -2,7 +2,7 @@
 
 Sources: Cattaneo (1938), Mindlin (1949), Mindlin & Deresiewicz (1953), Lubkin (1951), Spence (1975), Nowell & Hills
 (1987); Johnson, Contact Mechanics (1985), chapters 3 and 7. Formulas are arranged so that nothing cancels at small
-loads. Compliances are those of `fretsolve.model.materials.Compliances`, a mismatch is that of `line_slip`. Every
+loads. Compliances are defined in `fretsolve.problem.model.materials`, a mismatch in `line_slip`. Every
 function raises ValueError outside its stated range.
 """
 

@@ -8,7 +8,7 @@ profile that is just not pressed is, with the approach d,
 
 Below, r = c sqrt(1 + u^2), by which the worn depth is (c^2/pi R) [D atan u - (1 + u^2) atan u - u], D = 2dR/c^2.
 In gross slip all cells slip as far, and the pressure becomes uniform, since the profile sinks as a whole. Compliances
-are those of `fretsolve.model.materials.Compliances`. Every function raises ValueError outside its stated range.
+are those of `fretsolve.problem.model.materials.Compliances`. Every function raises ValueError outside its stated range.
 """
 
 from __future__ import annotations

@@ -13,11 +13,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.contact.increment.increment import Solved
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.increment.increment import Solved
-from fretsolve.model.grid import Grid
+from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import Fields, Zone, nothing
-from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, vector_lengths
 
 FEW_PAIRS = 10_000_000

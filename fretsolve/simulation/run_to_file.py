@@ -20,9 +20,9 @@ from fretsolve.case.keys.surface_specs import HeightsSurface
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.errors import NoSolutionError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
-from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported
 from fretsolve.system.foreign_files import require_regular

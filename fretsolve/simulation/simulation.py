@@ -12,27 +12,27 @@ import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
+from fretsolve.contact.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
+from fretsolve.contact.increment.mirrored_increment import MirroredIncrementSolver
+from fretsolve.contact.increment.states import InitialState, Prediction, with_mismatch
+from fretsolve.contact.zones.area_contact import UNMEASURED, AreaContact
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
+from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
-from fretsolve.friction.limit import FrictionLimit, FrictionOnGrid
-from fretsolve.friction.weakening import require_stable
-from fretsolve.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
-from fretsolve.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.increment.states import InitialState, Prediction, with_mismatch
-from fretsolve.kernels import load, readying_seconds
-from fretsolve.model.load_path import Increment
-from fretsolve.model.surface import is_mirrored, map_border, map_spans
+from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid
+from fretsolve.problem.friction.weakening import require_stable
+from fretsolve.problem.model.load_path import Increment
+from fretsolve.problem.model.surface import is_mirrored, map_border, map_spans
+from fretsolve.problem.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
+from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
-from fretsolve.setup.contact_search import contact_size
-from fretsolve.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
-from fretsolve.setup.problem import may_be_mirrored
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.contact_search import contact_size
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
-from fretsolve.simulation.zones.area_contact import UNMEASURED, AreaContact
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
 
 if TYPE_CHECKING:
-    from fretsolve.simulation.zones.line_contact import LineContact
+    from fretsolve.contact.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
 
 FEWEST_POINTS = 3
@@ -193,7 +193,7 @@ def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[Increment
     """Return the class that solves a problem's increments. Most cases need none of the others."""
     model = setup.model
     if model.line:
-        from fretsolve.increment.line_increment import LineIncrementSolver  # other cases need none of it
+        from fretsolve.contact.increment.line_increment import LineIncrementSolver  # other cases need none of it
 
         return LineIncrementSolver
     if model.orthotropy is not None:
@@ -207,7 +207,7 @@ def _contact(setup: ProblemSetup, solver: IncrementSolver) -> AreaContact | Line
     """Return the contact of a problem."""
     if not setup.model.line:
         return AreaContact(setup, solver)
-    from fretsolve.simulation.zones.line_contact import LineContact  # other cases need none of it
+    from fretsolve.contact.zones.line_contact import LineContact  # other cases need none of it
 
     return LineContact.of(setup, solver)
 

@@ -20,8 +20,8 @@ from typing import Annotated
 
 from pydantic import Field
 
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import RunHeader
-from fretsolve.setup.problem_setup import ProblemSetup
 
 FOLDER_NAME = "beginnings"
 _FILE_NAME = re.compile(r"[0-9a-f]{16}\.h5")

@@ -13,15 +13,15 @@ from functools import cached_property, partial
 from pathlib import Path
 
 from fretsolve.case.loading import read_case
+from fretsolve.elastic.kernels import load
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
-from fretsolve.fatigue.names import fatigue_path
-from fretsolve.kernels import load
+from fretsolve.post.fatigue.names import fatigue_path
+from fretsolve.post.stress.names import stress_path
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
-from fretsolve.stress.names import stress_path
 from fretsolve.sweep.beginnings import files_of
 from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport, is_finished
 from fretsolve.sweep.plan import BaseCase, PreparedCase
@@ -69,8 +69,8 @@ def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
     """Write the side outputs that the case asks for and that are missing. Raises CaseError, FileError."""
     if is_finished(case.out, case.beside):
         return
-    from fretsolve.fatigue.fatigue_file import write_case_fatigue
-    from fretsolve.stress.stress_file import write_case_stress
+    from fretsolve.post.fatigue.fatigue_file import write_case_fatigue
+    from fretsolve.post.stress.stress_file import write_case_stress
 
     output = case.setup.case.output
     with open_result(case.out) as result:

@@ -13,14 +13,14 @@ import numpy as np
 from fretsolve.case.history import PAIRS
 from fretsolve.case.keys.unrolled_path import last_repetitions
 from fretsolve.errors import SlidingError
-from fretsolve.export.selection import relevant_columns, total_cost
-from fretsolve.fatigue.names import WORST_NAMES, fatigue_path
-from fretsolve.model.load_path import LoadPath
+from fretsolve.post.export.selection import relevant_columns, total_cost
+from fretsolve.post.fatigue.names import WORST_NAMES, fatigue_path
+from fretsolve.post.stress.names import PEAK_NAMES, stress_path
+from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import best_column, why_no_bars
-from fretsolve.stress.names import PEAK_NAMES, stress_path
 from fretsolve.sweep.quantity import LAST_STAGE, StageQuantity
 from fretsolve.system.arrays import DoubleArray
 
@@ -126,14 +126,14 @@ def _columns(
     for name in names.intersection(CYCLE_NAMES):
         columns[name] = _of_cycles(result.cycles, name, corrected)
     if of_stresses := names.intersection(PEAK_NAMES):
-        from fretsolve.stress.stress_file import read_peaks
+        from fretsolve.post.stress.stress_file import read_peaks
 
         peaks = read_peaks(stress_path(result.path), result)
         for name in of_stresses:
             values = {stage: peaks[name].get(step, UNKNOWN) for stage, step in ends.items()}
             columns[name] = _Column(values, max((value for value, _ in peaks[name].values()), default=0.0), "")
     if of_fatigue := names.intersection(WORST_NAMES):
-        from fretsolve.fatigue.fatigue_file import read_worst
+        from fretsolve.post.fatigue.fatigue_file import read_worst
 
         worst = read_worst(fatigue_path(result.path), result)
         for name in of_fatigue:  # known of the last cycle alone, whatever the stage

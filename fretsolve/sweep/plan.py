@@ -13,10 +13,10 @@ from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case, validated
 from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import CaseSource, Override
 from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.problem.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
+from fretsolve.problem.setup.problem import ProblemSetup, compiling_pays
 from fretsolve.result import RunHeader
-from fretsolve.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
-from fretsolve.setup.problem import compiling_pays
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.sweep.beginnings import beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, SideOutput, digest
@@ -88,7 +88,7 @@ class BaseCase:
         setup = set_up(self.text.case(own), self.compiled)
         expected = require_memory(setup)
         if setup.case.output.fatigue is not None:
-            from fretsolve.fatigue.request import require_fatigue
+            from fretsolve.post.fatigue.request import require_fatigue
 
             require_fatigue(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):

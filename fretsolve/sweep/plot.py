@@ -19,8 +19,8 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
-from fretsolve.plots.canvas import Canvas, Target, canvas, one_line
-from fretsolve.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, physical_name, readable, symbol
+from fretsolve.post.plots.canvas import Canvas, Target, canvas, one_line
+from fretsolve.post.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, physical_name, readable, symbol
 from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table

@@ -9,12 +9,12 @@ from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError
-from fretsolve.fatigue.names import WORST_NAMES
+from fretsolve.post.fatigue.names import WORST_NAMES
+from fretsolve.post.stress.names import PEAK_NAMES
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED
-from fretsolve.setup.problem_setup import ProblemSetup
-from fretsolve.stress.names import PEAK_NAMES
 from fretsolve.sweep.manifest import index_list
 
 USUAL_OF_WEAR, ERROR_OF_WEAR = ("wear_volume", "wear_depth_max"), "wear_error"

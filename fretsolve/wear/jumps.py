@@ -6,8 +6,8 @@ change all at once and not from cycle to cycle. Slip lets the excess die out ove
 pressure and shear do not change each other; between dissimilar bodies it is about proportional to the jump. So after a
 jump one more cycle is solved to look at it, unless a look before has shown that it does not matter.
 
-The error of a jump follows from the rates at its two ends (`fretsolve.wear.law.owed`). Over the volume that the jump
-wears it falls with the second power of the jump, so the next one follows from it; the excess adds an error of the first
+The error of a jump follows from the rates at its two ends (`wear_law.owed`). Over the volume that the jump wears it
+falls with the second power of the jump, so the next one follows from it; the excess adds an error of the first
 power. The jump is such that both stay within what is left of the tolerance, which is of the whole volume.
 """
 
@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.keys.unrolled_path import CYCLES_TO_SETTLE, CyclePass
 from fretsolve.errors import NotConvergedError
-from fretsolve.model.load_path import LoadPath
+from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.result.state import Summary
 
 FIRST_DEPTH = 0.005

@@ -22,11 +22,11 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.contact.increment.grid_hierarchy import GridLevel
+from fretsolve.contact.solvers.normal import NormalSolver
 from fretsolve.elastic.operator import INNER_PRECISION, ElasticOperator, Preconditioner
 from fretsolve.errors import NotConvergedError
-from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.normal import NormalSolver
+from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 SHARE = 1.0 - 1.0 / math.sqrt(2.0)

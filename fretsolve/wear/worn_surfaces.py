@@ -14,15 +14,16 @@ import numpy as np
 
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.unrolled_path import CyclePass
+from fretsolve.contact.increment.certificate import Solution
+from fretsolve.contact.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
+from fretsolve.contact.increment.states import InitialState
+from fretsolve.contact.solvers.rigid_modes import TangentialModes
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.friction.weakening import cycles_of_little_change
-from fretsolve.increment.certificate import Solution
-from fretsolve.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
-from fretsolve.increment.states import InitialState
-from fretsolve.model.load_control import LoadControl
-from fretsolve.model.load_path import Increment, LoadPath
+from fretsolve.problem.friction.weakening import cycles_of_little_change
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.load_path import Increment, LoadPath
+from fretsolve.problem.setup.wear_law import WearLaw, owed, rate_over_jump, rates_of
 from fretsolve.result.state import Fields, Summary, WearState, Zone
-from fretsolve.solvers.rigid_modes import TangentialModes
 from fretsolve.system.arrays import DoubleArray, FloatArray
 from fretsolve.wear.jumps import (
     JumpLimits,
@@ -34,7 +35,6 @@ from fretsolve.wear.jumps import (
     next_jump,
     require_periodic,
 )
-from fretsolve.wear.law import WearLaw, owed, rate_over_jump, rates_of
 from fretsolve.wear.profile import ProfileProblem, wear_over_jump
 
 PROFILE_SHARE = 0.2

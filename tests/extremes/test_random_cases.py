@@ -23,7 +23,7 @@ from solving import LOADS, MOTIONS
 
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError, SlidingError
-from fretsolve.model.required_terms import derive_model
+from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.result.state import State, Zone
 
 ASKED = int(os.environ.get("FRETSOLVE_RANDOM_CASES", "0"))

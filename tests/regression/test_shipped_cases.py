@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from command_line import invoke
 
-from fretsolve.commands.check import cases_at
+from fretsolve.cli.commands.check import cases_at
 
 FOLDER = Path(__file__).parents[2] / "cases"
 CASES = [case for folder in (FOLDER, FOLDER / "external") for case in cases_at(folder)[0]]

@@ -15,7 +15,7 @@ from command_line import finish, invoke, refused, result_of
 from damage import damaged
 from small_cases import write_case
 
-from fretsolve.commands import run
+from fretsolve.cli.commands import run
 from fretsolve.result.header import HEADER
 
 CASE = """\

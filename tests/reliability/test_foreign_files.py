@@ -16,9 +16,9 @@ from small_cases import CASE, write_case
 from sweeping import manifest_of
 
 from fretsolve.errors import FileError
+from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.parts import parts_folder
-from fretsolve.stress.computed_file import opened_computed
 from fretsolve.system import atomic_files
 from fretsolve.system.foreign_files import PICTURE_MARK
 

@@ -21,7 +21,7 @@ from small_cases import CASE, write_case
 
 from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
-from fretsolve.model import height_map
+from fretsolve.problem.model import height_map
 from fretsolve.result import HistoryWriter, parts
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import foreign_files
@@ -390,7 +390,8 @@ def test_text_maps_take_little_more_memory_than_their_heights(tmp_path: Path) ->
     row = "1 2 3 4" + " " * 20_000 + "\n"
     case = heights_text(tmp_path, row * 4000)
     code = (
-        "import resource, sys; from pathlib import Path; from fretsolve.model.height_map import load_height_map\n"
+        "import resource, sys; from pathlib import Path\n"
+        "from fretsolve.problem.model.height_map import load_height_map\n"
         "from fretsolve.case.loading import load_case\n"
         "(source,) = load_case(Path(sys.argv[1])).surface; load_height_map(source, ())\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"

@@ -11,7 +11,7 @@ import pytest
 
 from fretsolve import load_case, run
 from fretsolve.case.models import Case
-from fretsolve.model.grid import Grid
+from fretsolve.problem.model.grid import Grid
 from fretsolve.result.state import State, Summary
 from fretsolve.simulation.simulation import set_up
 

@@ -13,16 +13,16 @@ import pytest
 from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, build, grid_of, solve
 from zones import stick_area
 
+from fretsolve.contact.solvers.normal import NormalSolver
+from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
+from fretsolve.contact.zones.edge_law import ZoneFields
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.model.load_control import LoadControl
-from fretsolve.model.required_terms import derive_model
-from fretsolve.model.surface import separation
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.required_terms import derive_model
+from fretsolve.problem.model.surface import separation
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_law import ZoneFields
-from fretsolve.solvers.normal import NormalSolver
-from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
 POINTS = (24, 48, 96)
 SIZES = (0.68, 0.72, 0.77)

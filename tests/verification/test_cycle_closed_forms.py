@@ -12,7 +12,7 @@ from fretsolve import open_result
 from fretsolve.reference.tangential import cattaneo_mindlin, full_stick_compliance
 from fretsolve.result import HistoryWriter
 from fretsolve.result.cycles.table import CycleTable
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
 
 LIMIT = FRICTION * LOAD

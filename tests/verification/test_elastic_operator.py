@@ -9,8 +9,8 @@ import pytest
 
 from fretsolve.elastic import influence
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 
 FULL = Terms(True, True, True)
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6)

@@ -9,8 +9,8 @@ import pytest
 from command_line import invoke
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.fatigue import critical_plane
-from fretsolve.fatigue.criteria import (
+from fretsolve.post.fatigue import critical_plane
+from fretsolve.post.fatigue.criteria import (
     FatigueField,
     deviator_vectors,
     extreme_deviators,
@@ -20,11 +20,11 @@ from fretsolve.fatigue.criteria import (
     hydrostatic,
     swt,
 )
-from fretsolve.fatigue.critical_plane import PlaneField
-from fretsolve.fatigue.names import CRITERIA
-from fretsolve.fatigue.planes import PlaneCriterion
-from fretsolve.fatigue.smallest_ball import smallest_ball
-from fretsolve.stress.influence import COMPONENTS
+from fretsolve.post.fatigue.critical_plane import PlaneField
+from fretsolve.post.fatigue.names import CRITERIA
+from fretsolve.post.fatigue.planes import PlaneCriterion
+from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.system.arrays import DoubleArray
 
 STEEL = Material(

@@ -18,11 +18,11 @@ from solving import HERTZ, LOAD, MATERIAL, RADIUS, RIGID, A, build
 
 from fretsolve import open_result
 from fretsolve.case.models import Case
-from fretsolve.model.materials import compliances
+from fretsolve.problem.model.materials import compliances
 from fretsolve.reference.hertz import hertz_elliptic, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin
 from fretsolve.result import HistoryWriter
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
 
 FRICTION = 0.5

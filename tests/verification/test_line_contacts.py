@@ -25,16 +25,16 @@ from scipy.optimize import brentq
 from solving import SIMILAR, build
 
 from fretsolve import run
+from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
+from fretsolve.contact.zones.edge_law import ZoneFields
+from fretsolve.contact.zones.line_edges import line_zones, width
 from fretsolve.elastic.line_operator import LineOperator
-from fretsolve.model.grid import LineGrid
-from fretsolve.model.load_control import LoadControl
-from fretsolve.model.required_terms import derive_model
+from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.reference.line import HertzLine, RoundedPunch, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_law import ZoneFields
-from fretsolve.simulation.zones.line_edges import line_zones, width
-from fretsolve.solvers.tangential import SlipScales, TangentialSolver
 
 BETA = 0.1938462
 TIGHT = {"tolerance": 1e-9}

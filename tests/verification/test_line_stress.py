@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from command_line import invoke
 
-from fretsolve.model.grid import Grid
-from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.influence import point_influence
-from fretsolve.stress.layers import LayerConvolution
-from fretsolve.stress.stress_file import read_peaks
+from fretsolve.post.stress.edge import EdgeExtrapolation
+from fretsolve.post.stress.influence import point_influence
+from fretsolve.post.stress.layers import LayerConvolution
+from fretsolve.post.stress.stress_file import read_peaks
+from fretsolve.problem.model.grid import Grid
 
 CERTIFIED = [
     ((-0.5, 0.3), (-0.451585, -0.809578, 0.140230), (0.537391, 0.140230, -0.451585)),

@@ -11,12 +11,12 @@ import pytest
 from solving import DISSIMILAR, NO_POISSON, build, solve
 
 from fretsolve import run
+from fretsolve.contact.solvers.normal import NormalSolver
+from fretsolve.contact.solvers.tangential import TangentialSolver
 from fretsolve.elastic import influence
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.mirrored_operator import MirroredConvolution
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.solvers.normal import NormalSolver
-from fretsolve.solvers.tangential import TangentialSolver
 
 PRESS, PULL, TWIST = {"P": 400.0, "increments": 2}, {"Qx": 20.0, "increments": 2}, {"Mz": 2.0, "increments": 2}
 GRID = {"points": [32, 34], "size": [0.8, 0.85]}

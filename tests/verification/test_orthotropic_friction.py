@@ -11,9 +11,9 @@ from solving import DISSIMILAR, build, solve
 from fretsolve import run
 from fretsolve.case.line_case import LineCase
 from fretsolve.errors import SlidingError
-from fretsolve.model.load_control import LoadControl
-from fretsolve.model.materials import Orthotropy, mismatch_displacement
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.materials import Orthotropy, mismatch_displacement
+from fretsolve.simulation.problem_setup import set_up
 
 PAIR = {"coefficient": [0.2, 0.1]}
 

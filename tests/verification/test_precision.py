@@ -12,8 +12,8 @@ from small_cases import case_error, write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, open_result, run
-from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.problem.setup.cost_estimate import estimate
+from fretsolve.simulation.problem_setup import set_up
 
 PARTS = {
     "bodies": DISSIMILAR,

@@ -7,10 +7,10 @@ import pytest
 from solving import FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, A, grid_of, solve, solve_last
 from zones import contact_area, stick_area
 
+from fretsolve.contact.zones.edge_law import ZoneFields
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_law import ZoneFields
 
 POINTS = (32, 64, 128)
 PLACES = [(size, center) for size in (0.68, 0.6993, 0.7226, 0.74, 0.77) for center in ([0.0, 0.0], [0.0037, -0.0021])]

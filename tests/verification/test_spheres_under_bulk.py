@@ -11,8 +11,8 @@ from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, LOADS, MATERIAL, MOTIONS,
 
 from fretsolve import run
 from fretsolve.case.models import Case
-from fretsolve.increment.active_region import FEWEST_POINTS
-from fretsolve.model.materials import BulkResponse
+from fretsolve.contact.increment.active_region import FEWEST_POINTS
+from fretsolve.problem.model.materials import BulkResponse
 from fretsolve.reference.tangential import SphereUnderBulk
 from fretsolve.result.state import State
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars

@@ -14,17 +14,17 @@ import numpy as np
 import pytest
 from solving import build
 
-from fretsolve.model.grid import Grid
+from fretsolve.post.stress.edge import EdgeExtrapolation
+from fretsolve.post.stress.influence import point_influence
+from fretsolve.post.stress.invariants import von_mises
+from fretsolve.post.stress.layers import LayerConvolution
+from fretsolve.post.stress.peaks import PeakSearch
+from fretsolve.post.stress.request import layers, stress_request
+from fretsolve.post.stress.tractions import TractionHistory
+from fretsolve.problem.model.grid import Grid
 from fretsolve.result import HistoryWriter, open_result
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
-from fretsolve.stress.edge import EdgeExtrapolation
-from fretsolve.stress.influence import point_influence
-from fretsolve.stress.invariants import von_mises
-from fretsolve.stress.layers import LayerConvolution
-from fretsolve.stress.peaks import PeakSearch
-from fretsolve.stress.request import layers, stress_request
-from fretsolve.stress.tractions import TractionHistory
 
 POINTS = [
     (0.30, 0.0, (0, 0, 0.48), (-0.19270, -0.19270, -0.81274, 0, 0, 0), 0.62004),

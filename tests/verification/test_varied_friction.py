@@ -11,7 +11,7 @@ from solving import DISSIMILAR, HERTZ, NO_POISSON, SIMILAR, build, solve
 
 from fretsolve import run
 from fretsolve.errors import SlidingError
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 
 CAP = {"coefficient": 0.1, "shear_limit": 100.0}
 POINTS, SMALL = {"points": 128}, {"points": 64}

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.model.edges import Edge, edges, rounding
-from fretsolve.model.required_terms import Model
+from fretsolve.problem.model.edges import Edge, edges, rounding
+from fretsolve.problem.model.required_terms import Model
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State
-from fretsolve.setup.problem_setup import ProblemSetup
 
 ROUNDED_CELLS = 2.0
 """Cells over which a rounding is in contact, up to which all grids round the body's outline to their cells."""

@@ -8,7 +8,7 @@ from operator import or_
 from typing import NamedTuple
 
 from fretsolve.case.history import SHEARING
-from fretsolve.setup.problem_setup import ProblemSetup
+from fretsolve.problem.setup.problem import ProblemSetup
 
 MANY = 4
 """Increments of each stage that slips, at least, from which a half and a quarter of them show what more would change:

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
-from fretsolve.increment.increment import IncrementSolver
-from fretsolve.model.load_path import LoadPath
+from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.setup.contact_size import COARSENED, coarse_points
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
-from fretsolve.setup.contact_size import COARSENED, coarse_points
-from fretsolve.setup.problem_setup import ProblemSetup
 from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages
 from fretsolve.simulation.simulation import increment_solver, states_of
 from fretsolve.system.arrays import DoubleArray

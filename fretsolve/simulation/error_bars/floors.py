@@ -8,8 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from fretsolve.case.history import EXTENTS
+from fretsolve.problem.setup.closed_forms import spence_ratio
 from fretsolve.result.state import ESTIMATED, State, Zone
-from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.simulation.error_bars.cells import Cells
 from fretsolve.simulation.error_bars.hidden import hidden_pressure, unseen_energy
 from fretsolve.simulation.error_bars.shear_path import ShearPath

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from fretsolve.problem.setup.closed_forms import spence_ratio
 from fretsolve.result.state import State, Summary
-from fretsolve.setup.closed_forms import spence_ratio
 from fretsolve.simulation.error_bars.cells import Cells
 from fretsolve.simulation.error_bars.shear_path import ShearPath
 

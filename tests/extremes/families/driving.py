@@ -25,8 +25,9 @@ from solving import LOAD, SIMILAR, SPHERE
 
 from fretsolve import load_case
 from fretsolve.errors import FretsolveError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State, Summary
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 
 Parts = dict[str, Any]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from solving import RADIUS
 
-from fretsolve.model.materials import Compliances
+from fretsolve.problem.model.materials import Compliances
 from fretsolve.reference.hertz import HertzContact, boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
 from fretsolve.reference.tangential import cattaneo_mindlin, full_stick_compliance, lubkin, spence_stick_ratio
 

@@ -10,10 +10,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from solving import DISSIMILAR, FRICTION, LOAD, SIMILAR
 
+from fretsolve.contact.solvers.limit_load import load_factor
+from fretsolve.contact.solvers.rigid_modes import TangentialModes
 from fretsolve.errors import SlidingError
-from fretsolve.model.load_control import LoadControl
-from fretsolve.solvers.limit_load import load_factor
-from fretsolve.solvers.rigid_modes import TangentialModes
+from fretsolve.problem.model.load_control import LoadControl
 
 from .driving import Family, Parts, Probe, Run, by, led, solve_parts
 from .limits import (

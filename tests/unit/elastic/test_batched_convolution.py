@@ -7,7 +7,7 @@ import pytest
 
 from fretsolve.elastic.convolution import BatchedConvolution
 from fretsolve.elastic.influence import KernelSpectrum
-from fretsolve.kernels import load
+from fretsolve.elastic.kernels import load
 
 SHAPE, PADDED = (5, 4), (10, 8)
 

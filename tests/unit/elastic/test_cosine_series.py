@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic.cosine_series import FastTransform, MatrixTransform
+from fretsolve.elastic.kernels import load
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels import load
 
 
 def transforms(shape, count, compiled):

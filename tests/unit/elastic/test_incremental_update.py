@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.elastic.incremental_update import SHARE, Workspace, add_correction, add_displacement
+from fretsolve.contact.solvers.incremental_update import SHARE, Workspace, add_correction, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 
 SHAPE = (48, 40)
 OPERATOR = ElasticOperator(SHAPE, (0.02, 0.025), Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6), Terms(True, True, True))

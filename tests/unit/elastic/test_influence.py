@@ -7,7 +7,7 @@ import pytest
 
 from fretsolve.elastic import influence, thread_team
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.materials import Compliances
+from fretsolve.problem.model.materials import Compliances
 
 INTEGRANDS = {
     "inverse_distance": lambda x, y: 1.0 / np.hypot(x, y),

@@ -10,9 +10,9 @@ from line_cases import DISSIMILAR, line_case
 from scipy.integrate import quad
 
 from fretsolve.elastic.line_operator import LineOperator, LinePreconditioner, log_integral, strip_influence
-from fretsolve.model.grid import LineGrid
-from fretsolve.model.materials import compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.materials import compliances
+from fretsolve.problem.model.required_terms import Terms
 
 MATERIAL = compliances(*line_case(bodies=DISSIMILAR).bodies)
 GRID = LineGrid.of_length(40, 0.8, 0.0, 1.5)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic import fftw
+from fretsolve.elastic.kernels import load
 from fretsolve.elastic.mirrored_operator import MirroredOperator
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.kernels import load
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 
 MATERIAL, SPACING = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6), (0.1, 0.12)
 FULL, NO_COUPLING = Terms(True, True, True), Terms(True, False, False)

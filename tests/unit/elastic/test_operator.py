@@ -8,8 +8,8 @@ import pytest
 from fretsolve.elastic import convolution, fftw
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6)
 FULL, TANGENTIAL, NONE, NORMAL = (

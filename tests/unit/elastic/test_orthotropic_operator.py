@@ -11,9 +11,9 @@ from fretsolve.elastic.influence import KernelSpectrum
 from fretsolve.elastic.line_operator import LineOperator
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.operator_on_grid import OrthotropicOperator, operator_on
-from fretsolve.model.grid import Grid, LineGrid
-from fretsolve.model.materials import Compliances, Orthotropy
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.grid import Grid, LineGrid
+from fretsolve.problem.model.materials import Compliances, Orthotropy
+from fretsolve.problem.model.required_terms import Terms
 
 MATERIAL, GRID = Compliances(A=1.1e-5, B=3.4e-6, C=-4.0e-6), Grid(10, 8, 0.1, 0.12)
 FULL, TANGENTIAL = Terms(True, True, True), Terms(True, True, False)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic.operator import ElasticOperator, Preconditioner
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
 
 MATERIAL = Compliances(A=1.1e-5, B=3.4e-6, C=0.0)
 

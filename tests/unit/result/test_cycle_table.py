@@ -10,7 +10,7 @@ import pytest
 from line_cases import line_case
 
 from fretsolve.case.models import Case
-from fretsolve.export.report_tables import cycle_columns
+from fretsolve.post.export.report_tables import cycle_columns
 from fretsolve.result.cycles.loop import range_error, reversal_stiffness
 from fretsolve.result.cycles.steps import (
     CHANGE_COLUMNS,

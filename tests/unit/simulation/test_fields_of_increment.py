@@ -7,10 +7,9 @@ import pytest
 from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, RADIUS, A, build, solve
 
 from fretsolve.elastic import thread_team
-from fretsolve.model.grid import Grid
+from fretsolve.problem.model.grid import Grid
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import Zone
-from fretsolve.setup.problem_setup import set_up
 from fretsolve.simulation import fields_of_increment
 from fretsolve.simulation.fields_of_increment import (
     mean_pressure,
@@ -19,6 +18,7 @@ from fretsolve.simulation.fields_of_increment import (
     slipped_apart,
     unloaded,
 )
+from fretsolve.simulation.problem_setup import set_up
 
 PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 2}]
 

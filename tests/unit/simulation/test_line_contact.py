@@ -11,14 +11,14 @@ import pytest
 from line_cases import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, SIMILAR, A, line_case, solve_line
 
 from fretsolve import run, run_with_error_bars
+from fretsolve.contact.zones.edge_law import ZoneFields
+from fretsolve.contact.zones.line_edges import line_zones, width
 from fretsolve.errors import GridEdgeError, SlidingError
-from fretsolve.model.grid import LineGrid
-from fretsolve.model.load_path import LoadPath
-from fretsolve.model.required_terms import derive_model
+from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.result.state import Zone
-from fretsolve.setup.problem_setup import set_up
-from fretsolve.simulation.zones.edge_law import ZoneFields
-from fretsolve.simulation.zones.line_edges import line_zones, width
+from fretsolve.simulation.problem_setup import set_up
 
 PARTS = {
     "bodies": DISSIMILAR,

@@ -12,7 +12,7 @@ from small_cases import CASE, write_case
 from fretsolve import run
 from fretsolve.case.loading import load_case
 from fretsolve.errors import GridEdgeError, NoSolutionError, SlidingError
-from fretsolve.setup.problem_setup import set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import locate
 
 

@@ -11,7 +11,8 @@ from solving import DISSIMILAR, SIMILAR, build
 from test_run_to_file import solve
 
 from fretsolve import open_result, run, run_with_error_bars
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.simulation.problem_setup import set_up
 
 
 def setup_of(bodies: Any = DISSIMILAR, tolerance: float = 0.05, most: int = 6, **parts: Any) -> ProblemSetup:

@@ -15,9 +15,10 @@ from solving import DISSIMILAR, build
 
 from fretsolve import open_result, run, run_with_error_bars
 from fretsolve.errors import FileError, SlidingError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
 from fretsolve.result.state import Summary, SummaryErrors
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
+from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
 
 PATH = [{"P": 400.0, "increments": 2}, {"Qx": 20.0, "increments": 3}]

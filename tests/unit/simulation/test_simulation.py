@@ -12,8 +12,8 @@ from solving import DISSIMILAR, build
 
 from fretsolve import load_case, run
 from fretsolve.elastic import convolution, fftw
+from fretsolve.elastic.kernels import parts
 from fretsolve.errors import CaseError, SlidingError
-from fretsolve.kernels import parts
 from fretsolve.simulation.simulation import set_up
 
 PARTS = {

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from solving import FRICTION, LOAD, MATERIAL, RADIUS, A, grid_of, solve, solve_last
 from zones import contact_area, stick_area
 
-from fretsolve.model.grid import Grid
-from fretsolve.model.materials import Compliances
+from fretsolve.contact.zones.edge_law import ZoneFields
+from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_elliptic, hertz_sphere
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_law import ZoneFields
 
 UNIT = Compliances(A=2.0, B=0.0, C=0.0)
 """A contact modulus of 1."""

@@ -8,12 +8,12 @@ from solving import FRICTION, HERTZ, LOAD, MATERIAL, A, grid_of, solve, solve_la
 from test_zone_areas import UNIT, line_contact
 from zones import contact_size
 
-from fretsolve.model.grid import Grid
+from fretsolve.contact.zones.edge_law import ZoneFields
+from fretsolve.contact.zones.zone_sizes import Extent, ZoneSize, _farthest, zone_sizes
+from fretsolve.problem.model.grid import Grid
 from fretsolve.reference.hertz import hertz_elliptic
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import Zone
-from fretsolve.simulation.zones.edge_law import ZoneFields
-from fretsolve.simulation.zones.zone_sizes import Extent, ZoneSize, _farthest, zone_sizes
 
 SHEARED = [{"P": LOAD}, {"Qx": 25.0, "increments": 1}]
 C = cattaneo_mindlin(HERTZ, FRICTION, 25.0, MATERIAL.tangential).stick_radius

@@ -10,8 +10,8 @@ from small_cases import DISSIMILAR, case_of
 from sweeping import assert_as_serial, write_sweep
 
 from fretsolve import open_result
+from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.errors import FretsolveError
-from fretsolve.increment.increment import IncrementSolver
 from fretsolve.sweep import beginnings
 from fretsolve.sweep.beginnings import FOLDER_NAME, Beginning, shared
 from fretsolve.sweep.case_run import CaseRunner

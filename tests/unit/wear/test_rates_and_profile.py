@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from solving import build
 
+from fretsolve.contact.increment.grid_hierarchy import GridLevel
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NotConvergedError
-from fretsolve.friction.limit import FrictionLimit
-from fretsolve.increment.grid_hierarchy import GridLevel
-from fretsolve.model.load_control import LoadControl
-from fretsolve.model.materials import Compliances
-from fretsolve.model.required_terms import Terms
+from fretsolve.problem.friction.limit import FrictionLimit
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
+from fretsolve.problem.setup.wear_law import LEAST_PRESSURE, MOST_RATE, WearLaw, owed, rate_over_jump, rates_of
 from fretsolve.result.state import WearState
 from fretsolve.simulation.simulation import set_up
-from fretsolve.wear.law import LEAST_PRESSURE, MOST_RATE, WearLaw, owed, rate_over_jump, rates_of
 from fretsolve.wear.profile import CompliantOperator, ProfileProblem, wear_over_jump
 
 PRESSURE, PATH, FRICTION = np.array([0.0, 100.0, 400.0]), np.array([1e-3, 2e-3, 0.0]), 0.6

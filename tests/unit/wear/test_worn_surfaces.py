@@ -107,7 +107,7 @@ def test_a_given_jump_is_taken(tmp_path):
 
 def test_a_saved_run_goes_on_at_a_jump(worn, tmp_path):
     from fretsolve.result import HistoryWriter
-    from fretsolve.setup.problem_setup import set_up
+    from fretsolve.simulation.problem_setup import set_up
     from fretsolve.simulation.run_to_file import run_header
 
     case, states = worn

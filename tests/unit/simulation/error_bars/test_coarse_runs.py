@@ -14,9 +14,9 @@ from line_cases import line_case
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build, setup_of
 
 from fretsolve.errors import GridEdgeError
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import ESTIMATED, State
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars.coarse_runs import (
     MOST_RINGS,
     CoarseRun,
@@ -26,6 +26,7 @@ from fretsolve.simulation.error_bars.coarse_runs import (
     common_points,
 )
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.problem_setup import set_up
 
 FORCE = 0.6 * FRICTION * LOAD
 PATH = [{"P": LOAD, "increments": 4}, {"Qx": FORCE, "increments": 4}]

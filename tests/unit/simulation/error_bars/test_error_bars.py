@@ -19,15 +19,16 @@ from solving import DISSIMILAR, HERTZ, SPHERE, build, setup_of
 
 from fretsolve import load_case, open_result, run
 from fretsolve.errors import CaseError
+from fretsolve.problem.setup.cost_estimate import estimate
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
-from fretsolve.setup.cost_estimate import estimate
-from fretsolve.setup.problem_setup import ProblemSetup, set_up
 from fretsolve.simulation.error_bars import coarse_runs
 from fretsolve.simulation.error_bars.coarse_runs import CoarseRun, CoarseRuns, coarser
 from fretsolve.simulation.error_bars.error_bars import ErrorBars, frictions_of, run_with_error_bars
 from fretsolve.simulation.error_bars.floors import UNSEEN_STICK
+from fretsolve.simulation.problem_setup import set_up
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
 """A case whose increments matter."""

@@ -1,0 +1,222 @@
+"""Carry out ``fretsolve check``: solve cases in memory and compare with the values that they expect."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+from fretsolve.case.dimensions import smaller_unit
+from fretsolve.case.history import DISPLACEMENTS
+from fretsolve.case.keys.settings_spec import Expectation
+from fretsolve.case.loading import read_case
+from fretsolve.case.models import Case
+from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
+from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.setup.cost_estimate import require_memory
+from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.result.state import Summary
+from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.simulation import run
+from fretsolve.system import atomic_files
+from fretsolve.system.files import reported, require_ending, writing
+from fretsolve.system.foreign_files import require_own
+
+EXIT_MISSED = 1
+
+SEVERITY = (0, EXIT_MISSED, NoSolutionError.exit_code, CaseError.exit_code, FileError.exit_code)
+"""Exit codes from the best outcome to the worst."""
+
+JUNIT_MARK = b'<testsuites name="fretsolve check"'
+"""In every report as JUnit XML."""
+
+ENDINGS = (".yaml", ".yml")
+
+HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "ok")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """An expected value, and the value found at the end of its stage (1-based); None if the run ended before."""
+
+    expected: Expectation
+    stage: int
+    found: float | None
+
+    @property
+    def allowed(self) -> float:
+        """Largest deviation, in the quantity's units."""
+        if self.expected.rel is not None:
+            return self.expected.rel * abs(self.expected.value)
+        return self.expected.abs or 0.0
+
+    @property
+    def ok(self) -> bool:
+        """True if the value was found within the tolerance."""
+        return self.found is not None and abs(self.found - self.expected.value) <= self.allowed
+
+    def cells(self) -> tuple[str, ...]:
+        """Return the row under `HEADINGS`. Deviations have the form of the tolerance: in per cent or with a unit."""
+        value, unit = self.expected.value, self.expected.dimensions[self.expected.quantity].unit
+        unit, scale = smaller_unit(unit, abs(value)) if self.expected.quantity in DISPLACEMENTS else (unit, 1.0)
+        factor, of = (scale, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
+        found, deviation = "not reached", "-"
+        if self.found is not None:
+            found, deviation = f"{scale * self.found:.7g} {unit}", f"{factor * (self.found - value):+.3g} {of}"
+        allowed = f"{factor * self.allowed:.3g} {of}"
+        row = (f"{scale * value:.7g} {unit}", found, deviation, allowed, "yes" if self.ok else "NO")
+        return str(self.stage), self.expected.quantity, *map(str.rstrip, row)
+
+
+@dataclass(frozen=True)
+class CheckedCase:
+    """The outcome of a check of one case. error: what stopped it; seconds: time of solving; warnings: of the case."""
+
+    case: Path
+    comparisons: tuple[Comparison, ...]
+    error: FretsolveError | None
+    seconds: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def exit_code(self) -> int:
+        """The exit code of the error, else 1 if a value is outside its tolerance."""
+        if self.error is not None:
+            return self.error.exit_code
+        return 0 if all(comparison.ok for comparison in self.comparisons) else EXIT_MISSED
+
+
+def check_cases(cases: Sequence[Path], overrides: Sequence[str], junit: Path | None) -> int:
+    """Check and print each case, also each case of a folder, and return the worst exit code.
+
+    Raises CaseError for a wrong ending of `junit`, FileError if its folder does not exist, and for a folder without
+    cases or that cannot be read.
+    """
+    if junit is not None:
+        require_ending(junit, "a JUnit file", ".xml")
+        require_own(junit, JUNIT_MARK, "a report of tests")
+        if not junit.parent.is_dir():
+            raise FileError(f"cannot be written: there is no folder {junit.parent}", junit)
+    found = [cases_at(path) for path in cases]
+    skipped = [other for _, others in found for other in others]
+    outcomes = []
+    for path in (case for inside, _ in found for case in inside):
+        outcome = check_case(path, overrides)
+        _report(outcome)
+        outcomes.append(outcome)
+    code = max((outcome.exit_code for outcome in outcomes), key=SEVERITY.index)
+    passed = sum(outcome.exit_code == 0 for outcome in outcomes)
+    told = f"; skipped, as they are no cases: {', '.join(map(str, skipped))}" if skipped else ""
+    left_out = [entry for path in cases if path.is_dir() for entry in sorted(path.iterdir()) if _is_passed_over(entry)]
+    told += f"; left out, a folder or a name in capitals: {', '.join(map(str, left_out))}" if left_out else ""
+    print(f"{passed} of {len(outcomes)} cases as expected{told}", flush=True)
+    if junit is not None:
+        write_junit(junit, outcomes)
+    return code
+
+
+def cases_at(path: Path) -> tuple[list[Path], list[Path]]:
+    """Return a case, or the cases of a folder and its other YAML files, such as sweeps, in the order of their names.
+
+    A YAML file is a case if it has one of the keys that a case needs, or cannot be read: its check says why. Raises
+    FileError if a folder has none, or cannot be read.
+    """
+    with reported("cannot be read", path):
+        if not path.is_dir():
+            return [path], []
+        files = sorted(file for file in path.iterdir() if file.suffix in ENDINGS and not file.is_dir())
+    needed = [key for key, field in Case.model_fields.items() if field.is_required()]
+    cases: list[Path] = []
+    others: list[Path] = []
+    for file in files:
+        try:
+            data = read_case(file).data
+        except FretsolveError:
+            data = dict.fromkeys(needed)
+        (cases if isinstance(data, dict) and data.keys() & needed else others).append(file)
+    if not cases:
+        raise FileError(f"no YAML file in this folder is a case, with {', '.join(needed)}", path)
+    return cases, others
+
+
+def _is_passed_over(entry: Path) -> bool:
+    """Return whether an entry of a folder may hold cases that `cases_at` does not look for."""
+    inner = entry.is_dir() and not entry.name.startswith(".")
+    return inner or (entry.suffix not in ENDINGS and entry.suffix.lower() in ENDINGS)
+
+
+def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
+    """Solve a case as far as it has a solution, and compare with the values that it expects."""
+    expectations: Sequence[Expectation] = ()
+    loads: LoadPath | None = None
+    summaries: list[Summary] = []
+    failure, warnings = None, tuple[str, ...]()
+    try:
+        case = read_case(path, pipe=True).case(overrides)
+        if not case.expect:
+            raise case.source.problem(
+                "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)
+            )
+        setup = set_up(case)
+        require_memory(setup)
+        expectations, loads = case.expect, setup.load_path
+        warnings = tuple(case_warnings(setup))
+        for state in run(setup):
+            summaries.append(state.summary)
+        loads = loads.followed(summaries)
+    except FretsolveError as error:
+        failure = error
+    comparisons = []
+    stages = zip(loads.stages, loads.last_steps, strict=True) if loads is not None else ()
+    ends = {stage.number: last for stage, last in stages}
+    for expected in expectations:
+        stage = expected.stage or max(ends)
+        step = ends.get(stage, len(summaries))
+        found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
+        comparisons.append(Comparison(expected, stage, found))
+    seconds = sum(summary.wall_time for summary in summaries)
+    return CheckedCase(path, tuple(comparisons), failure, seconds, warnings)
+
+
+def _report(outcome: CheckedCase) -> None:
+    print(outcome.case)
+    if outcome.comparisons:
+        rows = [HEADINGS, *(comparison.cells() for comparison in outcome.comparisons)]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        for row in rows:
+            cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+            print("  " + "  ".join(cells).rstrip())
+    for text in outcome.warnings:
+        print(f"  warning: {text}")
+    for line in str(outcome.error).splitlines() if outcome.error is not None else ():
+        print(f"  {line}")
+    sys.stdout.flush()
+
+
+def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
+    """Write the outcome as JUnit XML, which build servers read: a suite per case, a test per expectation."""
+    suites = ElementTree.Element("testsuites", name="fretsolve check")
+    for outcome in outcomes:
+        name = str(outcome.case)
+        suite = ElementTree.SubElement(suites, "testsuite", name=name, time=f"{outcome.seconds:.3f}")
+        for comparison in outcome.comparisons or (None,):
+            what = f"{comparison.expected.quantity} at stage {comparison.stage}" if comparison else "case"
+            test = ElementTree.SubElement(suite, "testcase", classname=name, name=what)
+            if comparison is None or comparison.found is None:
+                kind = type(outcome.error).__name__
+                ElementTree.SubElement(test, "error", message=str(outcome.error), type=kind)
+            elif not comparison.ok:
+                _, _, expected, found, deviation, allowed, _ = comparison.cells()
+                message = f"{expected} expected, {found} found: {deviation} off, {allowed} allowed"
+                ElementTree.SubElement(test, "failure", message=message, type="deviation")
+        counts = {"tests": "testcase", "failures": "*/failure", "errors": "*/error"}
+        suite.attrib |= {key: str(len(suite.findall(tag))) for key, tag in counts.items()}
+    ElementTree.indent(suites)
+    text = ElementTree.tostring(suites, encoding="unicode", xml_declaration=True)
+    # XML cannot hold control characters
+    printable = "".join(character if character.isprintable() or character == "\n" else "?" for character in text)
+    require_own(path, JUNIT_MARK, "a report of tests")
+    with writing(path):
+        atomic_files.write_text(path, printable + "\n")

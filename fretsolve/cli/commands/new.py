@@ -1,0 +1,75 @@
+"""Carry out ``fretsolve new``, ``fretsolve materials`` and ``fretsolve schema``, which help to write a case."""
+
+from __future__ import annotations
+
+import json
+from importlib import resources
+from pathlib import Path
+
+from fretsolve.system import atomic_files
+from fretsolve.system.files import require_ending, require_free, writing
+
+HEIGHTS = "HEIGHTS"
+"""Placeholder of a template for the name of its height map."""
+
+
+def new_case(kind: str, out: Path) -> int:
+    """Write the case and its height map, if it has one; return the exit code. Raises CaseError, FileError."""
+    require_ending(out, "a case", ".yaml", ".yml")
+    text = resources.files("fretsolve.case.templates").joinpath(f"{kind}.yaml").read_text(encoding="utf-8")
+    files = {out: text}
+    if HEIGHTS in text:
+        heights = out.with_suffix(".heights.txt")
+        files = {heights: _heights(), out: text.replace(HEIGHTS, json.dumps(heights.name, ensure_ascii=False))}
+    require_free(*files, advice="it is not touched; choose another name with -o")
+    for path, content in files.items():
+        with writing(path), atomic_files.new_file(path, exclusive=True) as file:
+            file.write(content.encode())
+        print(path)
+    return 0
+
+
+def _heights() -> str:
+    """Return a self-affine surface as a matrix of text in um: waves of random phase, weaker the shorter they are."""
+    import numpy as np
+
+    random, points, spacing = np.random.default_rng(1), 128, 8e-3  # mm
+    hurst, longest, shortest, rms = 0.8, 0.25, 0.064, 0.1  # waves in mm, heights in um
+    wave = np.hypot(np.fft.fftfreq(points, spacing)[:, None], np.fft.rfftfreq(points, spacing)[None, :])
+    amplitude = np.maximum(wave, 1.0 / longest) ** -(1.0 + hurst)
+    amplitude[wave > 1.0 / shortest] = amplitude[0, 0] = 0.0
+    heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(points, points))
+    heights *= rms / heights.std()
+    return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"
+
+
+def print_schema(path: Path | None, *, overwrite: bool) -> int:
+    """Print the JSON Schema of the case file, or write it and print its path; return the exit code.
+
+    Raises CaseError, FileError.
+    """
+    if path is not None:
+        require_ending(path, "a JSON Schema", ".json")
+        require_free(path, overwrite=overwrite)
+    from fretsolve.case.schema import case_schema  # loads pydantic, which `new` does without
+
+    text = json.dumps(case_schema(), indent=2, ensure_ascii=False)
+    if path is not None:
+        with writing(path):
+            atomic_files.write_text(path, text + "\n", exclusive=not overwrite)
+    print(text if path is None else path)
+    return 0
+
+
+def print_materials() -> int:
+    """Print the library of materials with the source of each; return the exit code."""
+    from fretsolve.reference.materials import LIBRARY
+
+    width = max(len(one.name) for one in LIBRARY)
+    print(f"{'material':{width}}  {'E (GPa)':>7}  {'nu':>5}  {'yield (MPa)':>11}  other names")
+    for one in LIBRARY:
+        limit = "" if one.yield_stress is None else f"{one.yield_stress:g}"
+        others = ", ".join(one.others)
+        line = f"{one.name:{width}}  {1e-3 * one.young_modulus:7g}  {one.poisson_ratio:5g}  {limit:>11}  {others}"
+        print(f"{line.rstrip()}\n    {one.source}")
+    return 0

@@ -1,0 +1,222 @@
+"""Carry out ``fretsolve stress``: compute the stresses below the surface of a result, and print the largest ones."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fretsolve.case.dimensions import LENGTH
+from fretsolve.case.quantities import QuantityError, to_internal
+from fretsolve.errors import CaseError, FileError
+from fretsolve.post.export.selection import stored_step
+from fretsolve.post.stress.influence import Body
+from fretsolve.post.stress.names import INVARIANTS, OUTERMOST, stress_path
+from fretsolve.post.stress.peaks import Key, Peak
+from fretsolve.post.stress.request import (
+    AS_OPTIONS,
+    Plane,
+    StressRequest,
+    WindowChoice,
+    disk_problem,
+    memory_problem,
+    stress_request,
+    warnings_of,
+)
+from fretsolve.post.stress.stress_file import write_stress
+from fretsolve.post.stress.tractions import TractionHistory, last_cycle
+from fretsolve.problem.setup.cost_estimate import free_bytes, rounded_bytes
+from fretsolve.result import Result, open_result
+from fretsolve.result.state import stage_ends
+from fretsolve.system.files import require_ending, require_free, require_other, require_utf8, writing
+from fretsolve.system.progress import counting_bar, print_warnings
+
+TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
+
+WINDOW_KINDS: dict[str, WindowChoice] = {"auto": "auto", "all": "all"}
+
+
+@dataclass(frozen=True)
+class FileOrder:
+    """A file to compute from a result.
+
+    threads: that compute; quiet: print only warnings; exclusive: replace no file; advice: what would help where memory
+    or disk is too small.
+    """
+
+    target: Path
+    threads: int
+    quiet: bool
+    exclusive: bool
+    advice: str = AS_OPTIONS
+
+
+@dataclass(frozen=True)
+class FileOptions:
+    """Options of a command that computes a file from the result `out`. target: None for the usual name."""
+
+    out: Path
+    bodies: Sequence[str]
+    window: str
+    target: Path | None
+    overwrite: bool
+    threads: int
+    quiet: bool
+
+    @property
+    def body_numbers(self) -> tuple[Body, ...]:
+        """The chosen bodies."""
+        return tuple(1 if body == "1" else 2 for body in self.bodies)
+
+    @property
+    def window_choice(self) -> WindowChoice:
+        """The cells: auto, all, or a margin (mm). Raises CaseError."""
+        if self.window in WINDOW_KINDS:
+            return WINDOW_KINDS[self.window]
+        needed = "a margin around the contact is needed"
+        return length_of("--window", self.window, needed, "; auto, all, or a margin such as 0.5mm is needed")
+
+    def order(self, usual: Path, contents: str, source: str, advice: str = AS_OPTIONS) -> FileOrder:
+        """Return the order of a file, by default `usual`. Raises CaseError, FileError if the file cannot be written.
+
+        contents, source: what the file holds and what `out` is, in words.
+        """
+        target = self.target or usual
+        require_ending(target, f"a file of {contents}", ".h5", ".hdf5")
+        require_other(target, self.out, source)
+        require_free(target, overwrite=self.overwrite)
+        return FileOrder(target, self.threads, self.quiet, not self.overwrite, advice)
+
+
+@dataclass(frozen=True)
+class StressOptions(FileOptions):
+    """The options of `fretsolve stress`."""
+
+    depths: Sequence[str]
+    stages: Sequence[int]
+    steps: Sequence[tuple[int, int]]
+    cycle: str | None
+    plane: Plane | None
+
+
+def stress_of_result(options: StressOptions) -> int:
+    """Compute the stresses of a result, write them and print the largest ones. Return the exit code.
+
+    Raises CaseError, FileError.
+    """
+    needed = "a depth is the distance from the surface into a body"
+    depths = [length_of("--depth", text, needed) for text in options.depths]
+    with open_result(options.out) as result:
+        order = options.order(stress_path(result.path), "stresses", "the result itself")
+        tractions, bodies = TractionHistory(result), options.body_numbers
+        steps = _increments(result, options)
+        request = stress_request(tractions, steps, bodies, depths, options.plane, options.window_choice)
+        write_with_messages(tractions, request, order)
+    return 0
+
+
+def write_with_messages(tractions: TractionHistory, request: StressRequest, order: FileOrder) -> None:
+    """Write the stresses that a request asks for, and print the largest ones. Raises CaseError, FileError."""
+    peaks = compute_with_messages(tractions, request, order)
+    if not order.quiet:
+        for line in peak_lines(request, peaks):
+            print(line)
+        print(order.target, flush=True)
+
+
+def compute_with_messages(
+    tractions: TractionHistory, request: StressRequest, order: FileOrder
+) -> dict[Key, list[Peak]]:
+    """Write the stresses that a request asks for, with warnings and a bar on a terminal, and return the largest ones.
+
+    Raises CaseError, FileError.
+    """
+    path, target = tractions.result.path, order.target
+    require_utf8(path.name, path)
+    if (problem := memory_problem(request, order.threads, order.advice)) is not None:
+        raise CaseError(problem, (), path)
+    if (problem := disk_problem(request, free_bytes(target), order.advice)) is not None:
+        raise FileError(problem, path)
+    print_warnings(path, *warnings_of(request, tractions))
+    if not order.quiet and request.file_bytes > 1e9:
+        print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
+    layers = len(request.bodies) * len(request.depths) * len(request.steps)
+    with counting_bar("layers", layers, shown=not order.quiet and sys.stdout.isatty()) as show, writing(target):
+        return write_stress(tractions, request, target, order.threads, show, exclusive=order.exclusive)
+
+
+def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
+    """Return lines with the largest stresses of all increments."""
+    for body in request.bodies:
+        yield f"body {body}, {_count(request.depths, 'depth')}, {_count(request.steps, 'increment')}:"
+        notes = set()
+        for name in INVARIANTS:
+            found = peaks[body, name]
+            index = max(range(len(found)), key=lambda one: found[one].value)
+            peak = found[index]
+            mark = _mark(peak)
+            notes.add(mark)
+            place = f"x = {peak.x:.4g}, y = {peak.y:.4g}, depth {peak.depth:.4g} mm, increment {request.steps[index]}"
+            error = f" ± {peak.error:.2g}" if peak.error < 100.0 else f" ± {peak.error:.0f}"
+            if peak.unbounded:
+                error = ""
+            yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g}{error} MPa at {place}"
+        if "*" in notes:
+            yield "  * at the edge of contact, where stress converges with the square root of the cell: extrapolated"
+        if "+" in notes:
+            yield "  + at the largest depth: it may grow below"
+        if "#" in notes:
+            yield f"  # {OUTERMOST}"
+        if "!" in notes:
+            yield "  ! on these cells; at a sharp edge or tip stress grows without bound as cells get smaller"
+
+
+def _mark(peak: Peak) -> str:
+    """Return the mark of a note below the largest values, empty for none."""
+    marks = {"!": peak.unbounded, "*": peak.at_edge, "+": peak.deepest, "#": peak.outermost}
+    return next((mark for mark, holds in marks.items() if holds), "")
+
+
+def _count(values: Sequence[object], noun: str) -> str:
+    return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
+
+
+def length_of(option: str, text: str, needed: str, instead: str = "") -> float:
+    """Return the value of an option in mm. Raises CaseError.
+
+    needed: what a negative value should be; instead: what a value that is no length should be.
+    """
+    try:
+        length = to_internal(text, LENGTH)
+    except QuantityError as error:
+        raise CaseError(f"{error}{instead}", (), option) from None
+    if length < 0.0:
+        raise CaseError(f"{text!r} is negative; {needed}", (), option)
+    return length
+
+
+def _increments(result: Result, options: StressOptions) -> list[int]:
+    """Return the increments that the options choose, by default the ends of stages. Raises CaseError."""
+    if not result.increments:
+        raise CaseError(result.why_empty, (), result.path)
+    ends = stage_ends(result.history["stage"]).tolist()
+    if not (options.stages or options.steps or options.cycle):
+        return [step for step in ends if step in result.steps] or list(result.steps[-1:])
+    try:
+        chosen = set(last_cycle(result)) if options.cycle else set()
+    except CaseError as error:
+        raise CaseError(f"{error.message}; --stage or --step chooses increments", (), result.path) from None
+    try:
+        for stage in options.stages:
+            if not 1 <= stage <= len(ends):
+                raise ValueError(f"there is no stage {stage}; there are 1 to {len(ends)}")
+            chosen.add(stored_step(result, ends[stage - 1]))
+        for first, last in options.steps:
+            found = [step for step in result.steps if first <= step <= last]
+            if first != last and not found:
+                raise ValueError(f"no increment from {first} to {last} has fields")
+            chosen.update(found if first != last else [stored_step(result, first)])
+    except ValueError as error:
+        raise CaseError(str(error), (), result.path) from error
+    return sorted(chosen)

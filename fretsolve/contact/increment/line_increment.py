@@ -1,0 +1,131 @@
+"""Increments of a line contact: scales of the certificate without the free constant, and an imposed approach.
+
+Displacements of a line contact are known up to a constant, so its residuals refer to A P/pi instead: by as much the
+middle of Hertz's contact moves more than its edge. An imposed delta_z is the approach of points at a reference depth.
+How far these sink depends on the tractions, a little on where they act, so the increment is solved again until it fits.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fretsolve.case.keys.body_spec import Body
+from fretsolve.contact.increment.certificate import Solution, Verifier
+from fretsolve.contact.increment.increment import IncrementSolver, Solved
+from fretsolve.contact.increment.states import InitialState, WorkingState
+from fretsolve.contact.solvers.rigid_modes import GapErrors
+from fretsolve.errors import NotConvergedError
+from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.load_path import Increment
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.system.arrays import FloatArray, Vector
+
+MOST_SOLUTIONS = 20
+"""Times that an increment of an imposed approach is solved, at most; each is nearer by about (contact/depth)^2."""
+
+
+@dataclass(frozen=True)
+class SunkenPoint:
+    """The points at `depth` (mm) below the grid's middle, which sink into both bodies together (L2)."""
+
+    grid: LineGrid
+    bodies: tuple[Body, Body]
+    depth: float
+
+    def sinks(self, pressure: FloatArray, shear: FloatArray) -> float:
+        """Return it in mm, from pressure (nx, 1) and shear (2, nx, 1)."""
+        offset, depth = self.grid.x - self.grid.x0, self.depth
+        square = offset**2 + depth**2
+        total = 0.0
+        for body, sign in zip(self.bodies, (-1.0, 1.0), strict=True):
+            if body == "rigid":
+                continue
+            nu = body.poisson_ratio
+            normal = depth**2 / square - (1.0 - nu) * np.log(square / self.grid.log_length**2)
+            along = -offset * depth / square - (1.0 - 2.0 * nu) * np.arctan(offset / depth)
+            shear_modulus = body.young_modulus / (2.0 * (1.0 + nu))
+            carried = float(normal @ pressure[:, 0]) + sign * float(along @ shear[0, :, 0])
+            total += carried * self.grid.dx / (2.0 * math.pi * shear_modulus)
+        return total
+
+
+class LineVerifier(Verifier):
+    """Checks solutions of a line contact. material: its compliances; before: P, Qx, Qy at the increment's start."""
+
+    material: Compliances
+    before: Vector
+
+    def forces(self, pressure: FloatArray, shear: FloatArray) -> Vector:
+        """Return P, Qx, Qy (N/mm)."""
+        side = self.grid.cell_area
+        return side * np.array([pressure.sum(dtype=np.float64), *shear.sum(axis=(1, 2), dtype=np.float64)])
+
+    def gap_errors(self, solution: Solution, gap: FloatArray) -> GapErrors:
+        """Write the gap and return its errors over A P/pi."""
+        errors = super().gap_errors(solution, gap)
+        load = float(self.forces(solution.pressure, solution.shear)[0])
+        return replace(errors, gap_scale=self.material.A * load / math.pi) if load > 0.0 else errors
+
+    def moved(self, solution: Solution) -> Vector:
+        """Return A/pi times the change of each force (mm), since the rigid displacements hold the free constant."""
+        changed = np.abs(self.forces(solution.pressure, solution.shear) - self.before) / math.pi
+        material = self.material
+        moved: Vector = changed * [material.A, material.A, material.A + material.B]
+        return moved
+
+
+class LineIncrementSolver(IncrementSolver):
+    """Solves the increments of a line contact. sunken: the points whose approach delta_z is, if there are any."""
+
+    grid: LineGrid
+    sunken: SunkenPoint | None = None
+    _verifier_type = LineVerifier
+
+    def solve(self, increment: Increment, start: InitialState) -> Solved:
+        """Solve an increment from `start` and certify it; an imposed delta_z is that of the sunken points."""
+        if self.sunken is None or increment.normal.forced[0]:
+            return super().solve(increment, start)
+        wanted, *tilts = increment.normal.values
+        sunk = self.sunken.sinks(start.pressure, start.shear)
+        for _ in range(MOST_SOLUTIONS):
+            control = LoadControl(increment.normal.forced, (wanted + sunk, *tilts))
+            solved = super().solve(replace(increment, normal=control), start)
+            before, sunk = sunk, self.sunken.sinks(solved.pressure, solved.shear)
+            if abs(sunk - before) <= 0.1 * self.tolerance * abs(wanted):
+                return solved
+        raise NotConvergedError("no contact has the imposed delta_z: the reference depth is too near to the contact")
+
+    def approach(self, solution: Solution) -> float:
+        """Return delta_z (mm) of the sunken points; NaN without any."""
+        if self.sunken is None:
+            return math.nan
+        return float(solution.rigid[0]) - self.sunken.sinks(solution.pressure, solution.shear)
+
+    def rigid_start(self, pressure: FloatArray, shear: FloatArray, phi_y: float) -> Vector:
+        """Return the rigid displacements of a state, tangential ones as 0, from which the next increment counts.
+
+        delta_z follows from the tractions, since the history has it without the free constant or not at all.
+        """
+        rigid = np.zeros(6)
+        contact = pressure > 0.0
+        rigid[2] = phi_y
+        if contact.any():
+            uz, operator = np.empty(self.grid.shape), self.level.operator
+            operator.normal(np.array(pressure, np.float64), uz)
+            if self.model.has_shear and self.model.terms.normal_tangential_coupling:
+                from_shear = np.empty_like(uz)
+                operator.normal_from_shear(np.array(shear, np.float64), from_shear)
+                uz += from_shear
+            touching = (self.separation + uz - phi_y * self.grid.x[:, None])[contact]
+            rigid[0] = float(touching.mean())
+        return rigid
+
+    def _solution(self, start: InitialState, work: WorkingState) -> Solution:
+        assert isinstance(self._verifier, LineVerifier)
+        self._verifier.material = self.model.compliances
+        self._verifier.before = self._verifier.forces(start.pressure, start.shear)
+        return super()._solution(start, work)

@@ -1,0 +1,246 @@
+"""Rigid-body modes on a grid, their resultants, and the small equations for their amplitudes.
+
+Normal: the rigid displacement is ``delta_z + phi_x y + phi_y x``; resultants P, Mx = sum y p, My = sum x p.
+Tangential: ``(delta_x - phi_z y, delta_y + phi_z x)``; resultants Qx, Qy, Mz = sum (x qy - y qx), as in (T1) to (T3)
+of docs/theory.md. Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from operator import mul
+
+import numpy as np
+
+from fretsolve.contact.kernels.contact_kernels import ON_ANY_GRID, GridKernels
+from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray, Products, Sums, Vector
+
+OPEN = 1e-6
+"""Scale of gaps without contact, as a part of the rigid displacement: only rounding passes."""
+
+SINGULAR = 1e-12
+"""Eigenvalue of a Gram matrix with unit diagonal that counts as 0."""
+
+NEARLY_SINGULAR = 1e-6
+"""Eigenvalue below which the amplitude of a combination of modes means little."""
+
+WELL_APART = 1e-2
+"""Determinant of the Gram matrix of two or three modes, over the product of their own weights, above which they are
+independent: with unit diagonal, no eigenvalue of that matrix is below 0.004 then."""
+
+
+@dataclass(frozen=True)
+class GapErrors:
+    """Errors of a gap (mm): the deepest penetration outside of the contact, the largest error in or outside of it, and
+    the scale of both."""
+
+    penetration: float
+    largest: float
+    gap_scale: float
+
+    @property
+    def residual(self) -> float:
+        """The largest error over the scale."""
+        return self.largest / self.gap_scale
+
+
+Inverse = tuple[tuple[float, ...], ...]
+"""The inverse of a small matrix."""
+
+SINGLE_MODES: Products = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+"""The amplitudes of each mode alone."""
+
+
+class _Modes:
+    """Cells of a grid, their middle and moments.
+
+    arms: of all six modes, (6,): half the grid's longer side `arm` (mm) for rotations, 1 for displacements. A rotation
+    times its arm compares with displacements, a moment over its arm with forces.
+    """
+
+    def __init__(self, grid: Grid, kernels: GridKernels = ON_ANY_GRID):
+        self._kernels = kernels
+        self.x, self.y, self.cell_area, self.farthest = grid.x, grid.y, grid.cell_area, grid.farthest
+        self.arm = half_side = max(grid.size) / 2.0
+        self.arms = np.array([1.0, half_side, half_side, 1.0, 1.0, half_side])
+
+    def middle(self, contact: BoolArray) -> tuple[float, float]:
+        """Return x and y (mm) half way between the ends of `contact` (nx, ny); 0 without contact."""
+        places = self.x[contact.any(axis=1)], self.y[contact.any(axis=0)]
+        x, y = (0.5 * float(ends[0] + ends[-1]) if ends.size else 0.0 for ends in places)
+        return x, y
+
+    def missing(self, control: LoadControl, sums: Sums) -> Sums:
+        """Return how much imposed resultants exceed those of a traction, over a cell's area; sums: of the traction."""
+        area, (one, two, three) = self.cell_area, sums
+        loads = [value if forced else 0.0 for forced, value in zip(control.forced, control.values, strict=True)]
+        return loads[0] / area - one, loads[1] / area - two, loads[2] / area - three
+
+    def gram(self, weight: FloatArray | BoolArray) -> Products:
+        """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""
+        gram: Products = self._kernels.normal.gram(weight, self.x, self.y)
+        return gram
+
+
+class NormalModes(_Modes):
+    """The modes (1, y, x) on a grid; integrals are over its cells' area."""
+
+    def resultants(self, pressure: FloatArray) -> Vector:
+        """Return P (N), Mx, My (N mm) of a pressure (MPa) (T3)."""
+        return np.array(self.sums(pressure)) * self.cell_area
+
+    def sums(self, field: FloatArray) -> Sums:
+        """Return the sums of a field (nx, ny) times each mode over the cells."""
+        sums: Sums = self._kernels.normal.sum_modes(field, self.x, self.y)
+        return sums
+
+    def gap(
+        self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray, out: FloatArray
+    ) -> GapErrors:
+        """Write the gap (nx, ny) between the surfaces at a rigid displacement into `out`; return its errors (T1).
+
+        Their scale is the largest normal displacement in contact. For Hertz's contact it is delta_z, but it does not
+        grow with an offset or a tilt of the surfaces.
+        """
+        in_contact, penetration, scale = self._kernels.normal.take_gap(
+            separation, uz, rigid, self.x, self.y, contact, out
+        )
+        if scale <= 0.0 and not contact.any():
+            scale = OPEN * (abs(float(rigid[0])) + self.tilted(rigid))
+        return GapErrors(penetration, larger(in_contact, penetration), max(scale, TINY))
+
+    def tilted(self, rigid: Vector) -> float:
+        """Return the largest displacement of a cell (mm) that phi_x and phi_y may cause."""
+        return float(abs(rigid[1]) * np.abs(self.y).max() + abs(rigid[2]) * np.abs(self.x).max())
+
+    def gap_sums(self, separation: FloatArray, uz: FloatArray, rigid: Vector, contact: BoolArray) -> Sums:
+        """Return the sums over the contact of the gap times each mode."""
+        sums: Sums = self._kernels.normal.sum_gaps(separation, uz, rigid, self.x, self.y, contact)
+        return sums
+
+    def stretch(self, pressure: FloatArray, rigid: Vector) -> None:
+        """Multiply the pressure (nx, ny) by 1 + a rigid displacement; negative values become 0."""
+        self._kernels.normal.stretch(pressure, rigid, self.x, self.y)
+
+    def displacement(self, rigid: Vector, out: FloatArray) -> None:
+        """Write rigid[0] + rigid[1] y + rigid[2] x into `out` (nx, ny)."""
+        np.add(rigid[0] + rigid[1] * self.y[None, :], rigid[2] * self.x[:, None], out=out, casting="same_kind")
+
+
+class TangentialModes(_Modes):
+    """The modes (1, 0), (0, 1), (-y, x) on a grid; integrals are over its cells' area."""
+
+    def sums(self, field: FloatArray) -> Sums:
+        """Return the sums of field (2, nx, ny) times each mode over the cells."""
+        sums: Sums = self._kernels.friction.sum_motions(field, self.x, self.y)
+        return sums
+
+    def resultants(self, shear: FloatArray) -> Vector:
+        """Return Qx, Qy (N), Mz (N mm) of a shear traction (MPa) (T3)."""
+        return np.array(self.sums(shear)) * self.cell_area
+
+    def gram(self, weight: FloatArray | BoolArray) -> Products:
+        """Return the weighted sums of products of the modes, 3 x 3."""
+        (total, y, x), (_, yy, _), (_, _, xx) = super().gram(weight)
+        return (total, 0.0, -y), (0.0, total, x), (-y, x, xx + yy)
+
+    def displacement(self, rigid: Vector, out: FloatArray) -> None:
+        """Write (rigid[0] - rigid[2] y, rigid[1] + rigid[2] x) into `out` (2, nx, ny)."""
+        out[0] = rigid[0] - rigid[2] * self.y[None, :]
+        out[1] = rigid[1] + rigid[2] * self.x[:, None]
+
+
+def solve_modes(gram: Products | DoubleArray, right: Sums | Vector, forced: list[int]) -> Vector:
+    """Return the amplitudes of the forced modes from their Gram matrix (3 x 3) and right side, 0 for the others.
+
+    Singular directions get no amplitude: a contact of one cell, for example, cannot resist rotation.
+    """
+    amplitudes = [0.0, 0.0, 0.0]
+    if len(forced) == 1:
+        (mode,) = forced
+        amplitudes[mode] = right[mode] / gram[mode][mode] if gram[mode][mode] > 0.0 else 0.0
+    elif (inverse := inverse_of(gram, forced)) is not None:
+        loads = [right[mode] for mode in forced]
+        for mode, row in zip(forced, inverse, strict=True):
+            amplitudes[mode] = sum(map(mul, row, loads))
+    elif forced:
+        block, scale = _with_unit_diagonal(gram, forced)
+        values, vectors = np.linalg.eigh(block)
+        kept = values > SINGULAR
+        components = (np.asarray(right)[forced] / scale) @ vectors
+        components = np.divide(components, values, out=np.zeros_like(values), where=kept)
+        for mode, amplitude in zip(forced, vectors @ components / scale, strict=True):
+            amplitudes[mode] = amplitude
+    return np.array(amplitudes)
+
+
+def is_singular(gram: Products | DoubleArray, forced: list[int]) -> bool:
+    """Return whether some combination of the forced modes has almost no weight in their Gram matrix (3 x 3)."""
+    if len(forced) < 2:
+        return bool(forced) and not gram[forced[0]][forced[0]] > 0.0
+    if inverse_of(gram, forced) is not None:
+        return False
+    return bool(np.linalg.eigvalsh(_with_unit_diagonal(gram, forced)[0])[0] < NEARLY_SINGULAR)
+
+
+def larger(value: float, other: float) -> float:
+    """Return the larger of two numbers, or NaN if one is. NumPy takes ten times as long for two."""
+    return value if value > other or value != value else other
+
+
+def largest_error(found: Sums | Vector, control: LoadControl, scale: float, arms: Vector) -> float:
+    """Return the largest error of the imposed ones of three resultants over `scale`, a moment: times its arm."""
+    errors = [abs(float(found[mode]) - control.values[mode]) / float(arms[mode]) for mode in control.forced_index]
+    return max(errors) / scale
+
+
+def inverse_of(gram: Products | DoubleArray, modes: Sequence[int]) -> Inverse | None:
+    """Return the inverse of the Gram matrix of one to three `modes`, in order, which is positive semidefinite: of those
+    rows and columns. None unless they are well apart.
+
+    It is computed by hand, because a call of LAPACK takes as long as an iteration on a small grid: mode III takes a
+    twentieth less time on 96 x 96 points.
+    """
+    if len(modes) == 1:
+        own = gram[modes[0]][modes[0]]
+        return ((1.0 / own,),) if own > 0.0 else None
+    if len(modes) == 2:
+        one, other = modes
+        a, b, c = gram[one][one], gram[one][other], gram[other][other]
+        determinant = a * c - b * b
+        if not determinant > WELL_APART * a * c:
+            return None
+        b = -b / determinant
+        return (c / determinant, b), (b, a / determinant)
+    return _inverse_of_three(gram) if modes else None
+
+
+def _inverse_of_three(gram: Products | DoubleArray) -> Inverse | None:
+    """Return the inverse of the Gram matrix of all three modes, None unless they are well apart."""
+    (a, ab, ac), (_, b, bc), (_, _, c) = gram
+    if not (a > 0.0 and b > 0.0 and c > 0.0):
+        return None
+    # the matrix with unit diagonal, in which rotations and displacements compare, and its cofactors
+    p, q, r = 1.0 / math.sqrt(a), 1.0 / math.sqrt(b), 1.0 / math.sqrt(c)
+    d, e, f = ab * p * q, ac * p * r, bc * q * r
+    determinant = 1.0 + 2.0 * d * e * f - d * d - e * e - f * f
+    if not determinant > WELL_APART:
+        return None
+    s = 1.0 / determinant
+    one, two, three = (e * f - d) * s * p * q, (d * f - e) * s * p * r, (d * e - f) * s * q * r
+    ones = (1.0 - f * f) * s * p * p, (1.0 - e * e) * s * q * q, (1.0 - d * d) * s * r * r
+    if max(ones) == math.inf:  # a weight next to 0
+        return None
+    return (ones[0], one, two), (one, ones[1], three), (two, three, ones[2])
+
+
+def _with_unit_diagonal(gram: Products | DoubleArray, forced: list[int]) -> tuple[DoubleArray, Vector]:
+    """Return the block of the forced modes, scaled so that its diagonal is 1 or 0, and the scale of each mode."""
+    block = np.asarray(gram)[forced][:, forced]
+    scale = np.sqrt(np.maximum(block.diagonal(), 0.0))
+    scale[scale == 0.0] = 1.0
+    return block / scale / scale[:, None], scale

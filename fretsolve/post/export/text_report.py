@@ -1,0 +1,251 @@
+"""Print a result as tables: the output of ``fretsolve show``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import IO
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from fretsolve.case.dimensions import cell_counts, counted, in_small_unit
+from fretsolve.case.history import moment_sign
+from fretsolve.errors import printable
+from fretsolve.post.export.remarks import (
+    about_rows,
+    has_wear,
+    may_have_spots,
+    rows_of_wear,
+    spot_warnings,
+    spots_of,
+    wear_totals,
+)
+from fretsolve.post.export.report_tables import (
+    TextColumn,
+    about_spots,
+    about_tiny_values,
+    cycle_columns,
+    error_columns,
+    spot_columns,
+)
+from fretsolve.post.export.selection import (
+    RESIDUALS,
+    first_and_last,
+    relevant_columns,
+    round_off,
+    rows_of_stick_zones,
+    total_cost,
+    unit_for_people,
+)
+from fretsolve.result import Result
+from fretsolve.result.state import ERROR_SUFFIX, stage_ends
+from fretsolve.result.verdict import verdict_of, why_no_bars
+from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.progress import unescaped_output
+
+WIDTH = 120
+"""Columns of the report where the output is not a terminal, or one that is too narrow."""
+
+MOST_STAGES, FIRST_STAGES = 60, 6
+"""Stages up to which a table has all, and how many of the first of more, before the last ones."""
+
+
+def report_console(file: IO[str] | None = None) -> Console:
+    """Return a console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
+    file = file or unescaped_output()
+    console = Console(file=file, highlight=False)
+    if not console.is_terminal or console.width < 60:
+        console = Console(file=file, highlight=False, width=WIDTH)
+    return console
+
+
+def print_report(
+    result: Result,
+    *,
+    heading: bool = True,
+    every_increment: bool = False,
+    columns: Sequence[str] | None = None,
+    file: IO[str] | None = None,
+) -> None:
+    """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal.
+
+    columns: of the history, by default those above round-off. Without them the last values with their error bars have
+    a table, too.
+    """
+    console = report_console(file)
+    for line in _summary(result) if heading else []:
+        console.print(escape(line), soft_wrap=True)
+    tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
+    tables += _cycle_tables(result, console.width)
+    spots = spots_of(result) if may_have_spots(result) else []
+    if len(spots) > 1:
+        tables.append(_table(spot_columns(spots)))
+    if columns is None and "P" + ERROR_SUFFIX in result.history and result.increments:
+        tables.append(_table(error_columns(result)))
+    for table in tables:
+        console.print()
+        console.print(table)
+    for line in (*_totals(result), *about_spots(spots), *(spot_warnings(result.history) if heading else [])):
+        console.print(escape(line), soft_wrap=True)
+
+
+def _summary(result: Result) -> list[str]:
+    """Return lines on what the result is: title, status, case."""
+    title = result.effective_case.get("title") or result.path.name
+    status = f"{result.status}, {counted(result.increments, 'increment')}"
+    if "failure" in result.attributes:
+        status += f": {result.attributes['failure']}"
+    grid = f"grid {cell_counts((len(result.x), len(result.y)))} cells{_grid_size(result)}"
+    version = result.attributes["fretsolve_version"]
+    lines = [str(title), status, f"coupling {result.coupling}, {grid}, fretsolve {version}"]
+    return [printable(line) for line in lines]
+
+
+def _grid_size(result: Result) -> str:
+    """Return the sides of the grid in words; nothing if a side has one cell, whose size the loads have set."""
+    asked = result.effective_case.get("grid", {}).get("size")
+    given = asked if isinstance(asked, list) else [math.nan, math.nan]
+    sides = [
+        len(axis) * float(axis[1] - axis[0]) if len(axis) > 1 else float(side)
+        for axis, side in zip((result.x, result.y), given, strict=True)
+    ]
+    return "" if any(map(math.isnan, sides)) else f" on {sides[0]:.4g} x {sides[1]:.4g} mm"
+
+
+def history_tables(
+    result: Result, *, every_increment: bool = False, width: int = WIDTH, columns: Sequence[str] | None = None
+) -> list[Table]:
+    """Return the history as one table, or several of at most `width` characters, each with `step` and `stage`.
+
+    One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
+    cycle are left out, of which the row of the change after it tells, with the stick zone at the cycle's end. columns:
+    by default all columns above round-off.
+    """
+    rows = np.arange(result.increments) if every_increment else stage_ends(result.history["stage"])
+    if not len(rows):
+        return []
+    if has_wear(result) and not every_increment:
+        rows = rows_of_wear(result, rows)
+    if not every_increment:
+        rows = first_and_last(rows, MOST_STAGES, FIRST_STAGES)
+    fixed = [("", name, "", *map(str, result.history[name][rows].tolist())) for name in ("step", "stage")]
+    of_stick = rows_of_stick_zones(result.history)[rows]
+    shown: list[TextColumn] = []
+    for name in relevant_columns(result) if columns is None else columns:
+        least, (unit, factor) = round_off(result, name), unit_for_people(result, name)
+        values = result.history[name][of_stick if name.startswith("stick_") else rows]
+        cells = ("0" if abs(value) <= least else f"{factor * value:.4g}" for value in values)
+        shown.append((*_heading(name), unit, *cells))
+    if columns is None:
+        shown.append(("worst", "residual", "1", *(f"{value:.1e}" for value in _worst_residuals(result)[rows])))
+    return _tables(fixed, shown, width)
+
+
+def _cycle_tables(result: Result, width: int) -> list[Table]:
+    """Return tables of cycles of at most `width` characters, as run and with corrected values, if there are any."""
+    if (cycles := result.cycles) is None:
+        return []
+    as_run, corrected = (cycle_columns(cycles, corrected=one) for one in (False, True))
+    differ = any(column[3:] not in [one[3:] for one in as_run] for column in corrected)
+    return [
+        table for one in ((as_run, corrected) if differ else (as_run,)) for table in _tables(one[:1], one[1:], width)
+    ]
+
+
+def _heading(name: str) -> tuple[str, str]:
+    """Return the name of a column in two lines, of which the first may be empty."""
+    stem, _, axis = name.rpartition("_")
+    if len(axis) > 1:
+        return stem, axis
+    first, _, second = stem.rpartition("_")
+    return (first, f"{second}_{axis}") if first else ("", name)  # delta_x stays in one line
+
+
+def _totals(result: Result) -> list[str]:
+    """Return lines on the whole run: residual, dissipated energy and cost; none if there is no increment."""
+    if not result.increments:
+        return []
+    history, lines = result.history, []
+    worst = _worst_residuals(result)
+    step = int(worst.argmax())
+    name = max(RESIDUALS, key=lambda residual: history[residual][step])
+    seconds, applications = total_cost(result)
+    if "coarse_runs_wall_time" in history:
+        for_errors = float(history["coarse_runs_wall_time"].sum())
+        lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
+        lines += about_tiny_values(result)
+    lines += [unknown] if (unknown := why_no_bars(history)) else []
+    reached = verdict_of(result.effective_case, history)
+    lines += [] if reached is None else [str(reached)]
+    lines += _point_of_load(result)
+    lines += wear_totals(result)
+    if (cycles := result.cycles) is not None:
+        lines += [*cycles.notes, *(outcome for outcome, _ in cycles.outcomes)]
+    ends = stage_ends(history["stage"])
+    many = len(rows_of_wear(result, ends) if has_wear(result) else ends) > MOST_STAGES
+    left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []
+    return [
+        *left_out,
+        *about_rows(result),
+        f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
+        f" dissipated energy {history['work_total'][-1]:.6g} {result.units('work_total')}",
+        f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",
+        *lines,
+    ]
+
+
+def _point_of_load(result: Result) -> list[str]:
+    """Return a line on where P acts at the end, if the pressure has a moment about the origin."""
+    force, relevant = float(result.history["P"][-1]), relevant_columns(result)
+    moments = {name: axis for name, axis in (("My", "x"), ("Mx", "y")) if name in relevant}
+    if not force or not moments:
+        return []
+    places = [
+        f"{axis} = {name}/P = {in_small_unit(float(result.history[name][-1]) / force, 4)}"
+        for name, axis in moments.items()
+    ]
+    return [f"at the end P acts at {', '.join(places)}; {moment_sign(list(moments))}"]
+
+
+def _worst_residuals(result: Result) -> DoubleArray:
+    """Return the worst residual of each increment, ``(increments,)``."""
+    return np.asarray(np.max([result.history[name] for name in RESIDUALS], axis=0))
+
+
+def _width(column: TextColumn) -> int:
+    """Return the width of a column with two blanks to the next one."""
+    return 2 + max(map(len, column))
+
+
+def _tables(fixed: Sequence[TextColumn], columns: Sequence[TextColumn], width: int) -> list[Table]:
+    """Return `columns` in as few tables as `width` allows, each of which begins with the `fixed` ones.
+
+    Of the ways to split them the most even one is chosen.
+    """
+    narrowest, most = max(map(_width, columns)), width - sum(map(_width, fixed))
+    parts = min((_filled(columns, less) for less in range(narrowest, max(most, narrowest) + 1)), key=len)
+    return [_table([*fixed, *part]) for part in parts]
+
+
+def _filled(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:
+    """Return the columns in order, each part as wide as `width` allows."""
+    parts: list[list[TextColumn]] = [[]]
+    for column in columns:
+        if parts[-1] and sum(map(_width, [*parts[-1], column])) > width:
+            parts.append([])
+        parts[-1].append(column)
+    return parts
+
+
+def _table(columns: Sequence[TextColumn]) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
+    heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
+    for column in columns:
+        table.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True)
+    for row in zip(*(cells for _, _, _, *cells in columns), strict=True):
+        table.add_row(*row)
+    return table

@@ -1,0 +1,176 @@
+"""The stresses of one cycle, read layer by layer from a file of stresses, averaged if wanted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.loading import stored_case
+from fretsolve.errors import CaseError
+from fretsolve.post.fatigue.averaging import Average, depth_weights
+from fretsolve.post.fatigue.request import FatigueRequest, placed, require_states
+from fretsolve.post.stress.computed_file import ComputedFile, not_of_kind
+from fretsolve.post.stress.influence import COMPONENTS
+from fretsolve.post.stress.stress_file import BodyStress, bodies_of
+from fretsolve.post.stress.tractions import cycle_stages
+from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.working_folder import working_folder
+
+CLOSED_WITHIN = 0.01
+"""The share of its range by which a closed cycle may miss its beginning."""
+
+
+@dataclass(frozen=True, eq=False)
+class StressCycle:
+    """The stresses of a body over one cycle; path: their file.
+
+    chosen: positions in the file of the state with which the cycle begins and of the cycle's increments.
+    """
+
+    path: Path
+    body: BodyStress
+    chosen: tuple[int, ...]
+    average: Average | None = None
+
+    def __post_init__(self) -> None:
+        missing = [name for name in COMPONENTS if name not in self.body.components]
+        with placed(lambda message: CaseError(message, (), self.path)):
+            if missing:
+                raise CaseError(f"the file lacks the components {', '.join(missing)}, all six are needed")
+            require_states(len(self.chosen))
+            if self.average is not None:
+                self.average.require_resolved(self.body.depths, self.cell)
+
+    @property
+    def cell(self) -> tuple[float, float]:
+        """The sides of a cell (mm); along a direction with one cell the side of the other direction."""
+        x, y = (float(axis[1] - axis[0]) if len(axis) > 1 else 0.0 for axis in (self.body.x, self.body.y))
+        return x or y, y or x
+
+    @cached_property
+    def depths(self) -> DoubleArray:
+        """Depths of the layers (mm); with an average, the mean depth of its only layer."""
+        return self.body.depths if self.average is None else np.array([np.mean(self.average.depth_range)])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells along x and along y."""
+        return len(self.body.x), len(self.body.y)
+
+    def layers(self) -> Iterator[DoubleArray]:
+        """Yield the stresses (steps, 6, points) of each of `depths`."""
+        if self.average is not None:
+            weights = depth_weights(self.body.depths, *self.average.depth_range)
+            whole = (self.body.stress(index).astype(np.float64) for index in self.chosen)
+            means = [self.average.of(stress, weights, self.cell) for stress in whole]
+            yield np.stack(means).reshape(len(self.chosen), 6, -1)
+            return
+        for depth in range(len(self.depths)):
+            layer = [self.body.layer(COMPONENTS, index, depth) for index in self.chosen]
+            yield np.array(layer, np.float64).reshape(len(self.chosen), 6, -1)
+
+
+@dataclass(frozen=True, eq=False)
+class FatigueCycles:
+    """The stresses of a cycle and the constants of each body; attributes: of the file of parameters."""
+
+    request: FatigueRequest
+    of_body: Mapping[int, StressCycle]
+    materials: Mapping[int, Material]
+    attributes: Mapping[str, str]
+
+    @property
+    def layers(self) -> int:
+        """The number of layers of all bodies."""
+        return sum(len(cycle.depths) for cycle in self.of_body.values())
+
+
+@contextmanager
+def stresses_beside(target: Path) -> Iterator[Path]:
+    """Yield the name of a file of stresses that is removed at the end of the block. Raises OSError."""
+    with working_folder(target) as folder:
+        yield folder / "stress.h5"
+
+
+def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> FatigueCycles:
+    """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
+
+    Raises CaseError, FileError.
+    """
+    if file is None:
+        raise not_of_kind("stress", stresses)
+    found, attributes = bodies_of(file), file.attributes
+    if missing := [number for number in request.bodies if number not in found]:
+        there = " and ".join(f"body {one}" for one in found)
+        raise CaseError(f"there are no stresses of body {missing[0]}, only of {there}", (), origin)
+    cycles, materials = {}, {}
+    for number, body in found.items():
+        if not request.bodies or number in request.bodies:
+            own = request.material.with_elastic_constants(elastic_body(attributes, number))
+            own.require(request.criteria)
+            cycles[number] = StressCycle(origin, body, cycle_of(body, attributes), request.average)
+            materials[number] = own.material
+    average = request.average
+    texts = {
+        "average": "" if average is None else f"{average.kind} over {average.length:g} mm",
+        "material": next(iter(materials.values())).model_dump_json(exclude_none=True),
+    }
+    texts |= {name: str(attributes[name]) for name in ("title", "result", "effective_case") if name in attributes}
+    return FatigueCycles(request, cycles, materials, texts)
+
+
+def cycle_of(body: BodyStress, attributes: Any) -> tuple[int, ...]:
+    """Return the positions of the last cycle in a file of stresses: of its beginning, then of its increments.
+
+    It begins with the state before it, or with its end where wear has changed the surfaces before it: cells that have
+    come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins again. All
+    increments of the file if its load path has no `cycle`. attributes: of the file.
+    """
+    everything, case = tuple(range(len(body.steps))), stored_case(_effective(attributes))
+    found = cycle_stages(case, int(body.stages.max(initial=0)))
+    if case is None or found is None:
+        return everything
+    inside = [index for index in everything if found[0] < body.stages[index] <= found[1]]
+    before = [index for index in everything if body.stages[index] <= found[0]]
+    if before and case.wear is not None and case.stages()[found[0] - 1].wears is not None:
+        before = inside
+    return (*before[-1:], *inside)
+
+
+def elastic_body(attributes: Any, number: int) -> dict[str, Any]:
+    """Return a body of the effective case of a file of stresses, empty if it is not known or rigid."""
+    bodies = _effective(attributes).get("bodies", ())
+    body = bodies[number - 1] if len(bodies) >= number else {}
+    return body if isinstance(body, dict) else {}
+
+
+def opening_of(stress: DoubleArray) -> float:
+    """Return how far a cycle misses its beginning: the largest change of a stress over the largest range of one.
+
+    stress: (steps, 6, points) in MPa.
+    """
+    largest = float((stress.max(axis=0) - stress.min(axis=0)).max(initial=0.0))
+    return float(np.abs(stress[-1] - stress[0]).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+
+
+def not_closed(share: float) -> str | None:
+    """Return the warning of a cycle that misses its beginning by `share` of its range, None if it is closed."""
+    if share <= CLOSED_WITHIN:
+        return None
+    return (
+        f"the cycle is not closed: its last state differs from its first by {100.0 * share:.2g} % of the range"
+        f" (more than {100.0 * CLOSED_WITHIN:g} %); more cycles in the load path are needed"
+    )
+
+
+def _effective(attributes: Any) -> dict[str, Any]:
+    effective: dict[str, Any] = json.loads(attributes.get("effective_case", "{}"))
+    return effective

@@ -1,0 +1,130 @@
+"""Friction that changes with slip: whether slip runs away, and over how many cycles friction stays nearly constant.
+
+In an increment friction is fixed, so there is always one solution. Over many small increments the slip of a contact
+that slides as a whole grows by itself once the largest eigenvalue of A diag(w) reaches 1. A is the tangential
+compliance of the cells in contact and w the fall of the friction limit per slip. Beyond, the result depends on the
+increments.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.errors import WeakeningError
+from fretsolve.problem.friction.limit import FrictionLimit
+from fretsolve.reference.hertz import HertzContact
+from fretsolve.result.state import Fields
+from fretsolve.system.arrays import TINY, DoubleArray, FloatArray
+
+Tangential = Callable[[DoubleArray, DoubleArray], object]
+"""Writes the displacement by a shear traction, both (2, nx, ny), to its second argument."""
+
+MOST_STEPS, CLOSE = 30, 1e-3
+"""Power steps, and the change at which the eigenvalue is known well enough."""
+
+OF_PRESSURE, OF_PRESSURE_SQUARED = 1.300, 1.082
+"""Eigenvalue over w0 a S/4 where the fall goes with Hertz's pressure and with its square, w0 in the middle; by
+`largest_growth` on 128 x 128 points."""
+
+
+MOST_CHANGE = 0.05
+"""Change of the coefficient over such cycles, over the largest coefficient."""
+
+
+def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit) -> DoubleArray | None:
+    """Return by how much the friction limit falls per slip (MPa/mm), (nx, ny); None where it does not fall.
+
+    pressure: at the increment's start (MPa); friction: its limit in the increment. The shear limit holds whatever the
+    coefficient is.
+    """
+    if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return None
+    pressure = pressure.astype(np.float64)
+    limit, per_coefficient = (
+        one.limit(pressure) for one in (friction, replace(friction, coefficient=1.0, shear_limit=math.inf))
+    )
+    fall = per_coefficient * (friction.coefficient - spec.final)
+    fall *= 1.0 / spec.slip if spec.slip else limit / (spec.energy or 1.0)
+    return np.where(limit < friction.shear_limit, fall, 0.0)
+
+
+def largest_growth(fall: DoubleArray, tangential: Tangential) -> float:
+    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form; tangential: applies A."""
+    root = np.sqrt(fall)
+    vector, found = root / max(float(np.linalg.norm(root)), TINY), 0.0
+    shear, moved = np.zeros((2, *fall.shape)), np.zeros((2, *fall.shape))
+    for _ in range(MOST_STEPS):
+        shear[0] = root * vector
+        tangential(shear, moved)
+        image = root * moved[0]
+        before, found = found, float(np.vdot(vector, image))
+        vector = image / max(float(np.linalg.norm(image)), TINY)
+        if abs(found - before) <= CLOSE * found:
+            break
+    return found
+
+
+def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float) -> float:
+    """Return the eigenvalue on Hertz's contact of a sphere before any slip; 0 where friction does not fall, or falls
+    neither with the pressure nor with its square. compliance: the tangential one (1/MPa)."""
+    if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return 0.0
+    if spec.exponent is not None or (spec.shear_limit or math.inf) < spec.initial * hertz.max_pressure:
+        return 0.0
+    drop, arm = (spec.initial - spec.final) * hertz.max_pressure, 0.25 * compliance * hertz.contact_radius
+    if spec.slip:
+        return OF_PRESSURE * drop / spec.slip * arm
+    return OF_PRESSURE_SQUARED * drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * arm
+
+
+def require_stable(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit, tangential: Tangential) -> None:
+    """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it.
+
+    pressure, friction: as for `fall_per_slip`; tangential: as for `largest_growth`.
+    """
+    fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, friction)
+    if fall is None or not fall.any():
+        return
+    growth = largest_growth(fall, tangential)
+    if growth >= 1.0:
+        over = "slip" if spec.slip else "energy"
+        raise WeakeningError(
+            f"friction falls too fast with slip: the fall of the friction limit is {growth:.3g} times what the elastic"
+            f" surfaces hold against it, so that slip runs away and depends on the increments; a larger friction.{over}"
+            " is needed, or weakening: allow"
+        )
+
+
+def cycles_of_little_change(
+    spec: FrictionSpec, cycles: float, fields: Fields, energy: FloatArray, path: FloatArray
+) -> float:
+    """Return the number of cycles, at least 1, over which no cell's coefficient changes much; infinite for any.
+
+    A cell that dissipates half as much as the one that dissipates most may change twice as much.
+
+    cycles, fields: at the end of the last cycle; energy: dissipated per area (mJ/mm^2), path: of slip (mm) in it.
+    """
+    if spec.initial is not None and spec.final is not None:
+        largest, drop = max(spec.initial, spec.final), abs(spec.final - spec.initial)
+        scale = spec.slip or spec.energy or 1.0
+        so_far, more = (fields.slip_path, path) if spec.slip else (fields.work_density, energy)
+        # a cell counts by what it dissipates: of those that have just come into contact there are always some
+        weight = energy / max(float(energy.max()), sys.float_info.min)
+        in_a_cycle = float((weight * drop * np.exp(-so_far / scale) * more / scale).max())
+        return max(1.0, MOST_CHANGE * largest / in_a_cycle) if in_a_cycle > 0.0 else math.inf
+    for (before, low), (after, high) in pairwise(spec.cycles or ()):
+        if cycles < before:
+            return max(1.0, before - cycles)
+        if cycles < after and low != high:
+            in_a_cycle = abs(high - low) / (after - before)
+            return max(1.0, min(after - cycles, MOST_CHANGE * max(low, high) / in_a_cycle))
+        if cycles < after:
+            return max(1.0, after - cycles)
+    return math.inf

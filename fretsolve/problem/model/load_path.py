@@ -1,0 +1,308 @@
+"""The load path: stages cut into increments, and what is imposed at the end of each increment.
+
+A stage moves the components that it names from where they stand to their new totals, in equal or in graded increments.
+The other components stay as they are. A component that changes between force and displacement control starts from the
+value that the contact had at the start of the stage.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Sequence
+from copy import copy
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import accumulate, pairwise
+
+import numpy as np
+
+from fretsolve.case.history import PAIRS, SHEARING
+from fretsolve.case.keys.unrolled_path import INITIAL, CyclePass, Stage, imposed_after
+from fretsolve.problem.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
+from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.required_terms import Model
+from fretsolve.result.state import Summary
+from fretsolve.system.arrays import Vector
+
+DRAWN_INCREMENTS = 10
+"""Least number of automatic increments under tangential load: a loop needs points to be drawn."""
+
+INCREMENTS_PER_EDGE_MOTION = 25
+"""Automatic increments per unit of `StageGrading.edge_motion`, where the slip depends on the path. Displacements are
+then within about 0.5 % of what more increments give, the dissipated energy within 1 to 3 % (docs/verification.md)."""
+
+
+@dataclass(frozen=True)
+class Increment:
+    """An increment, with the totals imposed at its end (N, mm, N mm, rad). step: from 0 over the whole path.
+
+    bulk: bulk stresses at its end (MPa) by their names; strain_mismatch: by how much they change the mismatch of the
+    surfaces in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has set,
+    None without one.
+    """
+
+    step: int
+    stage: Stage
+    normal: LoadControl
+    tangential: LoadControl
+    bulk: dict[str, float] = field(default_factory=dict)
+    strain_mismatch: Vector | None = None
+    friction: float | None = None
+
+
+@dataclass(frozen=True)
+class _PlannedStage:
+    """A stage with its first step, its number of increments, and what is imposed before it and at its end.
+
+    index: among all stages, from 0; path_dependent: whether the slip depends on the increments; grading: None for
+    equal ones.
+    """
+
+    index: int
+    stage: Stage
+    first: int
+    increments: int
+    path_dependent: bool
+    before: dict[str, float]
+    after: dict[str, float]
+    grading: StageGrading | None
+
+    def share(self, step: int) -> float:
+        """Return the share of the stage that is done after `step`, 1 at its end."""
+        part = (step - self.first + 1) / self.increments
+        return part if self.grading is None else self.grading.share(part)
+
+
+class LoadPath:
+    """The stages of a case, cut into increments.
+
+    refinement: factor on the automatic numbers of increments where the slip depends on them.
+
+    Attributes, of the whole path: increments: their number; path_dependent: whether the slip of any stage depends on
+    them. Of each stage: counts: number of increments; last_steps: the last increment; graded: whether the increments
+    are; imposed: load components with their totals at the end (N, mm, N mm, rad).
+    """
+
+    def __init__(self, stages: Sequence[Stage], model: Model, refinement: float = 1.0):
+        self._model, self._refinement = model, refinement
+        self._planned: list[_PlannedStage] = []
+        self._may_end: dict[int, CyclePass] = {}
+        self._steps_of: dict[tuple[int, int], tuple[int, int]] = {}
+        self._left_out: Collection[int] | None = None
+        self.path_dependent = False
+        self._all_imposed = list(accumulate(stages, imposed_after, initial=INITIAL))
+        moved = set[str]()
+        for index, (stage, (before, after)) in enumerate(zip(stages, pairwise(self._all_imposed), strict=True)):
+            # A tangential component that returns to 0 still counts: shear stays behind.
+            moved |= {name for name, value in stage.targets if name in SHEARING and value}
+            path_dependent = _depends_on_path(stage, moved, model)
+            self.path_dependent |= path_dependent
+            drawn = DRAWN_INCREMENTS if model.has_shear and moved and _moves(stage) else 1
+            count = stage.increments or max(drawn, self._needed(index, path_dependent))
+            spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
+            grading = self._gradings[index] if spacing == "graded" else None
+            self._planned.append(_PlannedStage(index, stage, 0, count, path_dependent, before, after, grading))
+        self._place(self._planned)
+
+    @cached_property
+    def _gradings(self) -> tuple[StageGrading, ...]:
+        """The grading of each stage. Equal increments need none, and a case of a sweep takes 0.5 ms less without."""
+        laws = LINE if self._model.line else SPHERE
+        return tuple(stage_gradings(self._model.friction, self._all_imposed, laws))
+
+    def _needed(self, index: int, path_dependent: bool) -> int:
+        """Return the number of increments that the slip of a stage needs."""
+        if not path_dependent:
+            return 1
+        wanted = INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion * self._refinement
+        return max(DRAWN_INCREMENTS, math.ceil(wanted - 1e-9))  # less the rounding error
+
+    @property
+    def needed(self) -> tuple[int, ...]:
+        """The number of increments that the slip of each stage needs, 1 where the path has no effect."""
+        return tuple(self._needed(stage.index, stage.path_dependent) for stage in self._planned)
+
+    @property
+    def slip_width(self) -> float:
+        """Largest width of a slip annulus by Cattaneo and Mindlin, over the contact radius, 0 if they do not apply."""
+        return max((grading.slip_width for grading in self._gradings), default=0.0) if self._model.has_shear else 0.0
+
+    def _place(self, planned: Sequence[_PlannedStage]) -> None:
+        """Let stages follow each other, and set the attributes of each stage."""
+        firsts = accumulate((stage.increments for stage in planned), initial=0)
+        self._planned = [
+            stage if stage.first == first else replace(stage, first=first)
+            for stage, first in zip(planned, firsts, strict=False)
+        ]
+        self.increments = sum(stage.increments for stage in planned)
+        self.last_steps = tuple(stage.first + stage.increments - 1 for stage in self._planned)
+        self.counts = tuple(stage.increments for stage in planned)
+        self.imposed = tuple(stage.after for stage in planned)
+        self.graded = tuple(stage.grading is not None for stage in planned)
+        self._may_end, self._steps_of = {}, {}
+        for stage, following in pairwise([*self._planned, None]):
+            cycle = None if stage is None else stage.stage.cycle
+            if stage is not None and cycle is not None:
+                first, _ = self._steps_of.get((cycle.cycle, cycle.turn), (stage.first, 0))
+                self._steps_of[cycle.cycle, cycle.turn] = first, stage.first + stage.increments - 1
+            if stage is not None and cycle is not None and (cycle.until is not None or cycle.jumps is not None):
+                ends = following is None or following.stage.cycle != cycle
+                if ends and (cycle.turn > 1 or cycle.jumps is not None):
+                    self._may_end[stage.first + stage.increments - 1] = cycle
+
+    @property
+    def stages(self) -> tuple[Stage, ...]:
+        """The stages."""
+        return tuple(planned.stage for planned in self._planned)
+
+    def after(self, history: Sequence[Summary]) -> LoadPath:
+        """Return the path without the repetitions that are left of a cycle which has come to its end with the last
+        increment: it is periodic, or all cycles are done that it stands for.
+
+        history: the summaries of all steps so far. It is this path itself unless such a cycle ends there.
+        """
+        if self._left_out is not None:
+            return self.without(self._left_out) if self._left_out else self
+        cycle = self._may_end.get(len(history) - 1)
+        if cycle is None:
+            return self
+        if cycle.jumps is not None:
+            if self.cycles_done(history, cycle) < cycle.jumps.represents:
+                return self
+        elif not _is_periodic(self.stages, history, cycle):
+            return self
+        left = (stage for stage in self.stages if _is_later(stage.cycle, cycle) or _changes(stage.wears, cycle))
+        return self.without({stage.number for stage in left})
+
+    def cycles_done(self, history: Sequence[Summary], cycle: CyclePass) -> float:
+        """Return how many cycles the repetitions of a cycle stand for so far, up to the end of the history."""
+        first, _ = self._steps_of[cycle.cycle, 1]
+        return history[-1].cycles - (history[first - 1].cycles if first else 0.0)
+
+    def followed(self, history: Sequence[Summary]) -> LoadPath:
+        """Return the path as `after` leaves it after each step of `history`."""
+        path, step = self, -1
+        while ends := [end for end in path._may_end if step < end < len(history)]:
+            step = min(ends)
+            path = path.after(history[: step + 1])
+        return path
+
+    def without(self, numbers: Collection[int]) -> LoadPath:
+        """Return the path without the stages of these numbers; the others keep theirs."""
+        shorter = copy(self)
+        shorter._place([planned for planned in self._planned if planned.stage.number not in numbers])
+        return shorter
+
+    def with_counts(self, counts: Sequence[int], left_out: Collection[int] | None = None) -> LoadPath:
+        """Return the same stages with other numbers of increments, one per stage, graded alike.
+
+        left_out: numbers of stages that `after` leaves out, which may grow, instead of what the history shows.
+        """
+        stages = [
+            replace(planned.stage, increments=count, spacing="graded" if planned.grading else "equal")
+            for planned, count in zip(self._planned, counts, strict=True)
+        ]
+        path = LoadPath(stages, self._model)
+        path._left_out = left_out
+        return path
+
+    def steps_of(self, cycle: int, turn: int) -> tuple[int, int]:
+        """Return the first and the last step of a repetition of a cycle, both counted from 1."""
+        return self._steps_of[cycle, turn]
+
+    def growth(self, step: int) -> float | None:
+        """Return the load step at `step` over the load step before it, None where that belongs to another stage."""
+        planned = self._planned_at(step)
+        if planned is None or step == planned.first:
+            return None
+        before = planned.share(step - 2) if step - 1 > planned.first else 0.0
+        last = planned.share(step - 1) - before
+        return (planned.share(step) - planned.share(step - 1)) / last if last > 0.0 else None
+
+    def _planned_at(self, step: int) -> _PlannedStage | None:
+        """Return the stage of `step`; None after the last one."""
+        within = step < self.increments
+        return next(planned for planned in reversed(self._planned) if planned.first <= step) if within else None
+
+    def imposed_in_stages(self) -> Iterator[tuple[dict[str, float], dict[str, float], list[float]]]:
+        """Yield for each stage what is imposed before it and at its end, and the share that each increment ends at.
+
+        With the history before it, that is all that a stage depends on.
+        """
+        for planned in self._planned:
+            steps = range(planned.first, planned.first + planned.increments)
+            yield planned.before, planned.after, [planned.share(step) for step in steps]
+
+    def normal_loads(self) -> tuple[LoadControl, ...]:
+        """Return what is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage."""
+        return tuple(_load_control(planned.after, PAIRS[:3]) for planned in self._planned)
+
+    def increment(self, step: int, history: Sequence[Summary]) -> Increment:
+        """Return what is imposed at `step`; `history` holds the summaries of all steps before it."""
+        planned, values = self._values(step, history)
+        normal, tangential = _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:])
+        response = self._model.bulk
+        friction = values.get("friction")
+        if response is None:
+            return Increment(step, planned.stage, normal, tangential, friction=friction)
+        bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
+        strains = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
+        bulk = response.with_constraint(bulk)
+        return Increment(step, planned.stage, normal, tangential, bulk, strains if strains.any() else None, friction)
+
+    def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
+        """Return the stage of `step`, and what is imposed at its end by name."""
+        planned = self._planned_at(step)
+        assert planned is not None
+        start = history[planned.first - 1] if planned.first else None
+        part = planned.share(step)
+        values = {}
+        for name, end in planned.after.items():
+            if name == "friction":  # at once, since the friction limit is no load
+                values[name] = end
+                continue
+            begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))
+            values[name] = end if part == 1.0 else begin + (end - begin) * part
+        return planned, values
+
+
+def _is_later(cycle: CyclePass | None, than: CyclePass) -> bool:
+    return cycle is not None and cycle.cycle == than.cycle and cycle.turn > than.turn
+
+
+def _changes(wears: CyclePass | None, after: CyclePass) -> bool:
+    """Return whether the surfaces change at the end of the repetition `after` or of a later one."""
+    return wears is not None and wears.cycle == after.cycle and wears.turn >= after.turn
+
+
+def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
+    """Return whether `cycle`, with which the history ends, is within its tolerance of the limit of its repetitions."""
+    from fretsolve.result.cycles.steps import CHANGE_COLUMNS, cycles_in, distance_to_limit  # few paths need them
+
+    columns = {name: np.array([getattr(one, name) for one in history]) for name in CHANGE_COLUMNS}
+    found = [one for one in cycles_in(stages, columns["stage"]) if one.run == cycle.cycle]
+    return cycle.until is not None and distance_to_limit(columns, found[-3:]).largest <= cycle.until
+
+
+def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
+    """Return whether the slip of a stage depends on the way to its end.
+
+    It does where pressure and shear change each other, where the pressure changes under shear, where several
+    tangential loads or bulk stresses turn the slip, and where friction depends on the slip.
+    moved: those of them moved up to the end of the stage.
+    """
+    if not _moves(stage):
+        return False
+    presses = any(name not in SHEARING and name != "friction" for name, _ in stage.targets)
+    varies = model.friction_evolves and bool(moved)
+    return model.has_shear and (model.coupled or varies or len(moved) > 1 or (presses and bool(moved)))
+
+
+def _moves(stage: Stage) -> bool:
+    """Return whether a stage moves any load, rather than change the friction alone."""
+    return any(name != "friction" for name, _ in stage.targets)
+
+
+def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:
+    forced = tuple(force in values for force, _ in pairs)
+    return LoadControl(forced, tuple(values[force if force in values else motion] for force, motion in pairs))

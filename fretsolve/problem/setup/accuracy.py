@@ -1,0 +1,144 @@
+"""Pick the settings that an accuracy asks for, by measured laws (docs/howto/grid_and_increments.md).
+
+The error bars give the case's own errors; `result.verdict` judges by them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from fretsolve.case.dimensions import cell_counts, percent
+from fretsolve.case.models import Case
+from fretsolve.errors import CaseError
+from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.model.required_terms import Model
+from fretsolve.problem.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.problem.setup.contact_size import AREA_MARGIN, Size
+
+if TYPE_CHECKING:
+    from fretsolve.problem.setup.unresolved_heights import HeightMaps
+
+Law = tuple[float, float]
+"""An error bar, and the order with which it falls with the number of what it depends on."""
+
+CELLS, CELLS_LAW = 30.0, (0.035, 1.4)
+"""Cells across the contact, and the law of the error bar of the stick radius with them, which is the largest of those
+that cells cause (docs/error_bars.md)."""
+
+SHEARED_LAW, PRESSED_LAW = (0.9, 2.4), (1.5, 1.57)
+"""Laws of the error bar of the dissipated energy, from a slip annulus of one cell on: for similar bodies under shear,
+and for dissimilar bodies pressed together."""
+
+INCREMENTS_LAW = (0.015, 1.15)
+"""Law of the error bar of the corrected dissipated energy and rotation, from automatic increments without an accuracy
+on."""
+
+MOST_FOR_SLIP = 4.0
+"""Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
+
+FEWEST_PICKED_POINTS, ROUND_POINTS, MOST_POINTS = 36, 6, 2048
+"""Least number of points per side, its divisor, so that the coarse runs have a half and a third of them, and the most
+that are taken for the sake of a height map."""
+
+WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
+"""Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
+increments are taken, and the order with which their number rises with the inverse of the width."""
+
+
+def _refined(law: Law, accuracy: float) -> float:
+    """Return the factor on the number that a law depends on with which its error bar is the accuracy."""
+    error, order = law
+    return math.pow(error / accuracy, 1.0 / order)
+
+
+def points_needed(
+    forms: ClosedForms,
+    load_path: LoadPath,
+    size: Size,
+    heights: Callable[[], HeightMaps],
+    automatic_size: Callable[[], Size],
+) -> tuple[int, int]:
+    """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
+
+    They follow from the contact's share of the area, which is all of it where the contact's size is unknown, and from
+    `heights` that are finer than such cells. heights, automatic_size: as of `ProblemSetup`. Raises FileError or
+    CaseError where a map cannot be read or is too fine.
+    """
+    accuracy, holds_contact = forms.case.solver.accuracy, size
+    assert accuracy is not None
+    if forms.case.grid.size is not None:
+        with contextlib.suppress(CaseError):
+            holds_contact = automatic_size()
+    usual = cells = CELLS * _refined(CELLS_LAW, accuracy)
+    sheared_width = 0.0 if forms.model.coupled else load_path.slip_width
+    for width, law in ((sheared_width, SHEARED_LAW), (_pressed_width(forms.model), PRESSED_LAW)):
+        if width > 0.0:
+            cells = max(cells, min(2.0 * _refined(law, accuracy) / width, MOST_FOR_SLIP * usual))
+    extents = (side / AREA_MARGIN for side in holds_contact)
+    nx, ny = (
+        math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
+        for side, extent in zip(size, extents, strict=True)
+    )
+    if forms.model.line:
+        nx, ny = max(nx, ny), 1
+    without_maps = nx, ny
+    nx, ny = heights().resolving_points(size, without_maps)
+    if max(nx, ny) > MOST_POINTS and (nx, ny) != without_maps:
+        raise forms.case.source.problem(
+            f"accuracy {percent(accuracy)} would take {cell_counts((nx, ny))} points to resolve the height map; smooth"
+            " the map, or give grid.points",
+            ("surface",),
+        )
+    nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS) for count in (nx, ny))
+    return nx, (1 if forms.model.line else ny)
+
+
+def refinement(accuracy: float | None, model: Model) -> float:
+    """Return the factor on automatic numbers of increments where the slip depends on the path; 1 without accuracy."""
+    if accuracy is None:
+        return 1.0
+    factor = max(0.25, _refined(INCREMENTS_LAW, accuracy))  # fewer do not follow the path
+    width = _pressed_width(model)
+    return factor * min(max(1.0, math.pow(WIDE_SLIP / width, NARROW_ORDER)), MOST_FOR_SLIP) if width > 0.0 else factor
+
+
+def _pressed_width(model: Model) -> float:
+    """Return the width of the slip annulus under P alone over the contact radius, 0 if tangential loads dissipate."""
+    return 0.0 if model.moved else 1.0 - spence_ratio(model)
+
+
+def tolerance_needed(accuracy: float) -> float:
+    """Return the tolerance to one digit that adds no error, and resolves the slip of small increments."""
+    return float(f"{min(max(1e-4 * accuracy, 1e-8), 1e-5):.0e}")
+
+
+def settled(case: Case) -> Case:
+    """Return the case with the tolerance, to one digit, and the error bars of its accuracy, unless they are given.
+
+    With wear there are no error bars.
+    """
+    solver = case.solver
+    if solver.accuracy is None:
+        return case
+    picked = {"tolerance": tolerance_needed(solver.accuracy), "error_bars": case.wear is None}
+    missing = {name: value for name, value in picked.items() if name not in solver.model_fields_set}
+    return case.model_copy(update={"solver": solver.model_copy(update=missing)})
+
+
+def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
+    """Return in words the settings of `case` that its accuracy has picked. asked: the case as it was read."""
+    if asked.solver.accuracy is None:
+        return ()
+    stages, given = zip(asked.stages(), load_path.counts, strict=True), asked.solver.model_fields_set
+    counts = sorted({count for stage, count in stages if stage.increments is None})
+    span = " to ".join(str(count) for count in dict.fromkeys(counts[:1] + counts[-1:]))
+    texts = {
+        f"{cell_counts(points)} points": asked.grid.points is None,
+        f"{span} increments per stage": counts and load_path.path_dependent,
+        f"tolerance {case.solver.tolerance:g}": "tolerance" not in given,
+        "error bars": "error_bars" not in given and asked.wear is None,
+    }
+    return tuple(text for text, is_picked in texts.items() if is_picked)

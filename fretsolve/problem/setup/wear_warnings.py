@@ -1,0 +1,128 @@
+"""Warnings of a case with wear, before a run and after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fretsolve.case.dimensions import percent
+from fretsolve.errors import dotted
+from fretsolve.problem.setup.contact_size import AREA_MARGIN, worn_reach
+from fretsolve.problem.setup.cost_estimate import too_many_cycles
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
+from fretsolve.system.arrays import DoubleArray
+
+ASIDE = (0.31, 0.17)
+"""Place of a grid's middle in cells, with which no cells change from stick to slip by symmetry at once."""
+
+SLIP_PER_RADIUS = 0.1
+"""Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
+
+SPARE_ROOM = 1.5
+"""Side of a grid that is advised where nothing tells the size of a scar, over that of the unworn contact's grid."""
+
+
+def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
+    if not any(stage.cycle is not None and stage.cycle.jumps is not None for stage in setup.case.stages()):
+        yield (
+            "wear: no cycle represents others, so that worn depth is counted and the surfaces keep their shape;"
+            " represents in place of times changes them"
+        )
+        return
+    for key, expected, most in too_many_cycles(setup):
+        ends = f", but there may be {most}, so that the run would end before its last cycle" * (expected > most)
+        about = f"about {float(f'{expected:.1g}'):g} cycles would have to be solved"
+        yield f"{dotted(key)}: {about}{ends}; a larger {key[-1]} needs fewer"
+    cycles, grid = worn_cycles(setup.closed_forms), setup.grid
+    if (text := _about_stick_cells(setup, cycles)) is not None:
+        yield text
+    if (text := _slip_before_the_run(cycles)) is not None:
+        yield text
+    if setup.case.grid.size is None:
+        if not cycles:
+            taken = max(grid.size)
+            yield (
+                f"grid.size: auto takes {taken:.3g} mm, by the unworn contact, since no closed form tells how far wear"
+                f" widens it; {SPARE_ROOM * taken:.3g} mm would leave room for a scar"
+            )
+        return
+    reach = worn_reach(setup.closed_forms)
+    if reach and reach > 0.5 * min(grid.size) - 1.5 * max(grid.dx, grid.dy):
+        yield (
+            f"grid.size: the worn contact may reach {reach:.3g} mm from the grid's middle, to its edge or beyond;"
+            f" {2.0 * AREA_MARGIN * reach:.3g} mm would leave room"
+        )
+
+
+def _about_stick_cells(setup: ProblemSetup, cycles: Sequence[WornCycle]) -> str | None:
+    """Warn if cells that stick or slip as a whole are likely to change the worn volume by more than the tolerance."""
+    from fretsolve.problem.setup.worn_volume import expected_error  # few cases have wear
+
+    grid, case = setup.grid, setup.case
+    for cycle in cycles:
+        if cycle.limit is None:
+            continue
+        volume = min(cycle.volume_at_first_rate, cycle.limit.volume)
+        centred = _is_centred(setup)
+        side = float(np.sqrt(grid.dx * grid.dy))
+        error = expected_error(cycle.limit, volume, side, centred=centred, load_kept=cycle.load_kept)
+        if error <= cycle.jumps.tolerance * volume:
+            continue
+        cells = f"c is {cycle.limit.stick_radius / side:.1f} cells, which stick or slip as a whole"
+        aside = ""
+        if centred:
+            x, y = case.grid.center[0] + ASIDE[0] * grid.dx, case.grid.center[1] + ASIDE[1] * grid.dy
+            aside = f", and half of that is likely with a center of [{x:.3g} mm, {y:.3g} mm], a part of a cell aside"
+        change = f"the worn volume may change by about {percent(error / volume, 1)}"
+        return f"grid.points: {cells}: {change}; more of them change it less{aside}"
+    return None
+
+
+def _is_centred(setup: ProblemSetup) -> bool:
+    """Return whether the sphere's middle lies on a corner of cells, or in the middle of one."""
+    surface = setup.case.surface[0]
+    middles = zip(surface.center, (setup.grid.x[0], setup.grid.y[0]), (setup.grid.dx, setup.grid.dy), strict=True)
+    halves = [2.0 * (middle - first) / side for middle, first, side in middles]
+    return all(abs(half - round(half)) < 0.02 for half in halves)
+
+
+def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) -> str | None:
+    """Warn if solved cycles slip too far for the contact, where no closed form could warn before the run.
+
+    The slip of a stage is the mean over its friction limit: the dissipated energy over the least that friction carries.
+    """
+    stages = setup.case.stages()
+    wearing = [place + 1 for place, one in enumerate(stages) if one.cycle is not None and one.cycle.jumps is not None]
+    if not wearing or _slip_before_the_run(worn_cycles(setup.closed_forms)) is not None:
+        return None
+    stage = history["stage"]
+    starts = np.flatnonzero(np.diff(stage, prepend=0))
+    carried = np.minimum(setup.model.friction * history["P"], history["max_shear"] * history["contact_area"])
+    limit, radius = (np.maximum.reduceat(column, starts) for column in (carried, history["contact_radius"]))
+    cycles = np.isin(stage[starts], wearing) & (limit > 0.0)
+    slip: DoubleArray = np.add.reduceat(history["work"], starts)[cycles] / limit[cycles]
+    if not len(slip):
+        return None
+    longest = int(np.argmax(slip / radius[cycles]))
+    return _long_slip(float(slip[longest]), float(radius[cycles][longest]))
+
+
+def _slip_before_the_run(cycles: Sequence[WornCycle]) -> str | None:
+    """Return the warning of the first of the cycles that slips far for its contact; None if none does."""
+    texts = (_long_slip(cycle.sliding_distance, cycle.hertz.contact_radius) for cycle in cycles)
+    return next((text for text in texts if text is not None), None)
+
+
+def _long_slip(slip: float, radius: float) -> str | None:
+    """Return the warning of a half cycle's slip (mm) that is long for a contact of some radius; None if it is not."""
+    if slip <= SLIP_PER_RADIUS * radius:
+        return None
+    return (
+        f"wear: half a cycle slips {slip:.3g} mm, {percent(slip / radius)} of the contact radius, but worn profiles"
+        f" keep their places on the grid; {percent(SLIP_PER_RADIUS)} or less are needed"
+    )

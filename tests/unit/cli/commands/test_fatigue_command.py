@@ -1,0 +1,229 @@
+"""``fretsolve fatigue``: from a result or its stresses to the worst places."""
+
+import h5py
+import numpy as np
+import pytest
+from command_line import invoke, refused, result_of
+from small_cases import TWO_CYCLES, write_case
+
+from fretsolve.post.fatigue.fatigue_file import read_worst
+
+CASE = TWO_CYCLES.replace("points: 16", "points: 20")
+KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_stress=500 MPa"
+CURVE = "{strength: 900 MPa, strength_exponent: -0.09, ductility: 0.6, ductility_exponent: -0.6}"
+
+
+@pytest.fixture(scope="module")
+def loop(tmp_path_factory):
+    """A result with two cycles, of four states each."""
+    return result_of(write_case(tmp_path_factory.mktemp("fatigue"), CASE, "loop.yaml"))
+
+
+@pytest.fixture(scope="module")
+def stresses(loop):
+    """The stresses of its last cycle."""
+    target = loop.with_name("loop.stress.h5")
+    depths = ["--depth", "0", "--depth", "20um", "--depth", "90um"]
+    assert invoke("stress", loop, "--cycle", "last", *depths, "-q", "-o", target).exit_code == 0
+    return target
+
+
+def test_all_criteria_from_a_result(loop):
+    target = loop.with_name("all.h5")
+    names = "crossland,dang-van,findley,mcdiarmid,fatemi-socie,swt"
+    result = invoke("fatigue", loop, "--material", KEYS, "--criterion", names, "-o", target, "--window", "0mm")
+    assert result.exit_code == 0, result.stderr
+    assert result.stdout.splitlines()[0] == "body 2, 13 depths, 5 states:"
+    with h5py.File(target) as file:
+        group = file["fatigue/body_2"]
+        assert group["findley"].dims[0][0].name == "/fatigue/body_2/depth"
+        assert group["findley_normal"].shape == (*group["findley"].shape, 3)
+        np.testing.assert_allclose(np.linalg.norm(group["findley_normal"], axis=-1), 1.0, rtol=1e-9)
+        np.testing.assert_allclose(group["crossland_utilisation"], group["crossland"][()] / 190.0)
+        for name in names.replace("-", "_").split(","):
+            assert group[name].attrs["worst"] == group[name][()].max() > 0.0
+        place = tuple(np.unravel_index(group["findley"][()].argmax(), group["findley"].shape))
+        assert group["findley_refined"][place] == 1
+        axes = (group[axis][index] for axis, index in zip(("depth", "x", "y"), place, strict=True))
+        depth, x, y = axes
+        np.testing.assert_allclose(group["findley"].attrs["worst_place"], (x, y, depth))
+    assert [path.name for path in loop.parent.glob(".fretsolve*")] == []
+
+
+def test_symmetric_loop_is_symmetric(stresses):
+    """The loop is closed and alternates, so that what happens at x happens at -x half a cycle later."""
+    target = stresses.with_name("symmetric.h5")
+    assert invoke("fatigue", stresses, "--material", KEYS, "--criterion", "findley", "-o", target).exit_code == 0
+    with h5py.File(target) as file:
+        value = file["fatigue/body_2/findley"][()]
+        np.testing.assert_allclose(value, value[:, ::-1], rtol=2e-2, atol=1e-2 * value.max())
+        np.testing.assert_allclose(value, value[:, :, ::-1], rtol=2e-2, atol=1e-2 * value.max())
+        assert file["fatigue/body_2"].attrs["steps"].tolist() == [6, 7, 8, 9, 10]
+
+
+def test_lives_from_a_curve_in_a_file(stresses):
+    material = stresses.with_name("steel.yaml")
+    material.write_text(f"name: steel\nyield_stress: 500 MPa\nstrain_life: {CURVE}\nshear_strain_life: {CURVE}\n")
+    target = stresses.with_name("lives.h5")
+    result = invoke("fatigue", stresses, "--material", material, "--criterion", "swt,fatemi-socie", "-o", target)
+    assert result.stdout.count(", life ") == 2
+    with h5py.File(target) as file:
+        group = file["fatigue/body_2"]
+        assert group["swt_life"].attrs["units"] == "1"
+        life = group["swt_life"][()].ravel()[np.argsort(group["swt"][()].ravel())]
+        assert (life[1:] <= life[:-1]).all()
+
+
+def test_averages_lower_the_worst(stresses):
+    worst = []
+    for average in ((), ("--average", "point:50um"), ("--average", "line:40um"), ("--average", "volume:60um")):
+        target = stresses.with_name("average.h5")
+        words = ("--material", KEYS, "--criterion", "crossland", "--overwrite", "-q", "-o", target, *average)
+        assert invoke("fatigue", stresses, *words).exit_code == 0
+        with h5py.File(target) as file:
+            worst.append(float(file["fatigue/body_2/crossland"].attrs["worst"]))
+            depths = file["fatigue/body_2/depth"][()]
+        assert len(depths) == (1 if average else 3)
+    assert worst[0] > max(worst[1:])
+
+
+def test_depths_far_apart_give_a_warning(stresses):
+    """The file has 0, 20 and 90 um; the result itself has what an average needs."""
+    words = ("--material", KEYS, "--criterion", "crossland", "--overwrite", "-q", "-o", stresses.with_name("gap.h5"))
+    done = invoke("fatigue", stresses, *words, "--average", "point:110um")
+    assert done.exit_code == 0
+    assert "stresses are stored at depths 0.07 mm apart and taken as linear between" in done.stderr
+    done = invoke("fatigue", stresses.with_name("loop.h5"), *words, "--average", "line:40um")
+    assert (done.exit_code, "taken as linear" in done.stderr) == (0, False)
+
+
+def test_average_of_a_result_has_the_depths_that_it_needs(loop):
+    target = loop.with_name("point.h5")
+    words = ("--material", KEYS, "--criterion", "crossland", "-o", target)
+    result = invoke("fatigue", loop, *words, "--average", "point:40um")
+    assert result.exit_code == 0
+    assert "point average over 0.04 mm" in result.stdout
+    assert "depth 0.02 mm" in result.stdout
+
+
+def test_volumes_for_paraview(stresses, tmp_path):
+    """Values lie at their places, and normals point along the z axis of the grid, which is upwards."""
+    pyvista = pytest.importorskip("pyvista")
+    parameters = tmp_path / "f.h5"
+    material = tmp_path / "steel.yaml"
+    material.write_text("\n".join(KEYS.replace("=", ": ").split(",")) + f"\nstrain_life: {CURVE}\n")
+    words = ("--material", material, "--criterion", "findley,crossland,swt", "-o", parameters, "-q")
+    assert invoke("fatigue", stresses, *words).exit_code == 0
+    done = invoke("export", parameters, "--to", "vtk")
+    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 'f.pvd'}\n"), done.stderr
+    grid = pyvista.read(tmp_path / "f.vtk" / "fatigue_body_2.000010.vtr")
+    with h5py.File(parameters) as file:
+        group = file["fatigue/body_2"]
+        np.testing.assert_allclose(grid.z, -group["depth"][()][::-1], atol=1e-7)
+        i, j, depth = 3, 5, 1
+        index = i + len(group["x"]) * (j + len(group["y"]) * (len(group["depth"]) - 1 - depth))
+        np.testing.assert_allclose(grid.points[index, :2], (group["x"][i], group["y"][j]), rtol=1e-6)
+        for name in ("findley", "findley_utilisation", "crossland", "swt", "swt_life"):
+            expected = min(float(group[name][depth, i, j]), 3.4e38)
+            assert grid[name][index] == pytest.approx(expected, rel=1e-5)
+        normal = group["findley_normal"][depth, i, j]
+        np.testing.assert_allclose(grid["findley_normal"][index], normal * (1, 1, -1), atol=1e-6)
+    assert "fatigue parameters can be exported to vtk, not to csv" in refused(2, "export", parameters, "--to", "csv")
+    (tmp_path / "f.pvd").unlink()
+    assert "holds grids: --overwrite replaces them" in refused(2, "export", parameters, "--to", "vtk")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--material", "tension_limit=300", "--criterion", "findley"], "--material: torsion_limit: is missing; a pre"),
+        (["--material", KEYS.replace("190", "150"), "--criterion", "dang-van"], "= 0.5; a ratio above 0.5 is needed"),
+        (["--material", KEYS, "--criterion", "finley"], "--criterion: 'finley' is not a criterion; did you mean 'fi"),
+        (["--material", KEYS, "--criterion", "findley", "--average", "ball:1mm"], "'ball:1mm' is not an average; one "),
+        (["--material", KEYS, "--criterion", "findley", "--average", "line:-1"], "'-1' is out of range; a length > 0"),
+        (["--material", KEYS, "--criterion", "findley", "--average", "line:9um"], "0.009 mm is below a cell; 0.03"),
+    ],
+)
+def test_mistakes(loop, words, message):
+    assert message in refused(2, "fatigue", loop, *words, "-o", loop.with_name("none.h5"))
+    assert not loop.with_name("none.h5").exists()
+
+
+def test_mistakes_about_the_file_of_stresses(stresses):
+    words = ("--material", KEYS, "--criterion", "findley", "-o", stresses.with_name("none.h5"))
+    message = refused(2, "fatigue", stresses, *words, "--average", "line:50um")
+    assert "needs depths from 0 to 0.1 mm, the stresses reach from 0 to 0.09 mm" in message
+    assert "there are no stresses of body 1, only of body 2" in refused(2, "fatigue", stresses, *words, "--body", "1")
+    assert "exists" in refused(2, "fatigue", stresses, *words[:-1], stresses.with_name("loop.yaml").with_suffix(".h5"))
+    few = stresses.with_name("few.h5")
+    assert invoke("stress", stresses.with_name("loop.h5"), "--step", 5, "--step", 6, "-q", "-o", few).exit_code == 0
+    assert "has 2 stored states; 3 or more are needed" in refused(2, "fatigue", few, *words)
+
+
+def test_result_without_a_cycle(tmp_path):
+    case = tmp_path / "once.yaml"
+    case.write_text(CASE.partition("  - cycle")[0])
+    assert invoke("run", case, "-q").exit_code == 0
+    message = refused(2, "fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley")
+    assert "has no cycle" in message
+    assert "`fretsolve stress --step`" in message
+
+
+def test_open_cycle_gives_a_warning(loop):
+    open_stresses = loop.with_name("open.h5")
+    steps = [word for step in (3, 4, 5) for word in ("--step", step)]
+    assert invoke("stress", loop, *steps, "--depth", "0", "-q", "-o", open_stresses).exit_code == 0
+    words = ("--material", KEYS, "--criterion", "crossland", "-q", "-o", loop.with_name("opened.h5"))
+    result = invoke("fatigue", open_stresses, *words)
+    assert result.exit_code == 0
+    assert "warning: the cycle is not closed" in result.stderr
+
+
+def test_an_average_of_a_line_contact_is_drawn_over_x(tmp_path):
+    case = tmp_path / "line.yaml"
+    text = CASE.replace("{sphere: {radius: 10 mm}}", "{cylinder: {radius: 10 mm}}").replace("100 N", "10 N/mm")
+    case.write_text("plane: strain\n" + text.replace("400 N", "100 N/mm"))
+    assert invoke("run", case, "-q").exit_code == 0
+    words = ("fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley", "-q")
+    assert invoke(*words, "--average", "point:60um").exit_code == 0
+    done = invoke("plot", case.with_suffix(".h5"), "fatigue-map", "-o", tmp_path / "map.png")
+    assert (done.exit_code, (tmp_path / "map.png").exists()) == (0, True), done.stderr
+    # Parameters of another result are not drawn under this one's title.
+    assert invoke("run", case, "-q", "--overwrite", "--set", "friction=0.5").exit_code == 0
+    assert "line.fatigue.h5 is not of this result" in refused(2, "plot", case.with_suffix(".h5"), "fatigue-map")
+    assert "a file of fatigue parameters, not the result" in refused(4, "plot", tmp_path / "line.fatigue.h5", "map")
+
+
+def test_a_worst_place_in_the_last_cells_is_marked(tmp_path):
+    """Away from a line contact the bulk stress is worse than what is below the contact, and what shear adds to it."""
+    case = tmp_path / "bulk.yaml"
+    text = CASE.replace("{sphere: {radius: 10 mm}}", "{cylinder: {radius: 10 mm}}").replace("400 N", "100 N/mm")
+    for sign in ("", "-"):
+        text = text.replace(f"Qx: {sign}100 N,", f"Qx: {sign}18 N/mm, bulk_2: {{xx: {sign}142 MPa}},")
+    case.write_text("plane: strain\n" + text)
+    assert invoke("run", case, "-q").exit_code == 0
+    words = ("fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "swt", "--average", "point:100um")
+    done = invoke(*words, "--window", "all")
+    assert done.exit_code == 0, done.stderr
+    assert "# in the last cells that were looked at: it may be larger beyond" in done.stdout
+    # Beyond the grid there is no traction: the parameter comes from the bulk stress in the end, from above.
+    worst = {}
+    for window in ("all", "auto", "6mm"):
+        out = tmp_path / f"{window}.h5"
+        done = invoke(*words, "--window", window, "-o", out)
+        assert done.exit_code == 0, done.stderr
+        worst[window] = read_worst(out)["swt_max"]
+    assert "#" not in done.stdout
+    with h5py.File(tmp_path / "6mm.h5") as file:
+        far = file["fatigue/body_2/swt"][0, [0, -1], 0]
+    assert worst["6mm"] > worst["all"]
+    np.testing.assert_allclose(far, 142.0**2 * (1.0 - 0.3**2) / 200e3, rtol=0.05)
+    assert worst["auto"] == worst["6mm"] > far.max()
+
+
+def test_fields_that_are_not_stored_where_loads_turn_are_named(tmp_path):
+    case = tmp_path / "few.yaml"
+    case.write_text(CASE.replace("increments: 2", "increments: 4") + "output: {every: 3}\n")
+    assert invoke("run", case, "-q").exit_code == 0
+    message = refused(2, "fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley")
+    assert "output.every leaves out increments 12, 16, where a stage of the cycle begins or ends" in message

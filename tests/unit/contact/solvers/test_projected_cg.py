@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fretsolve.contact.solvers.incremental_update import Workspace
+from fretsolve.contact.solvers.projected_cg import ProjectedCG
+from fretsolve.contact.solvers.rigid_modes import NormalModes, TangentialModes
+from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.required_terms import Terms
+
+GRID = Grid.from_size((16, 14), (1.6, 1.4))
+OPERATOR = ElasticOperator(GRID.shape, (0.1, 0.1), Compliances(1.1e-5, 3.4e-6, 0.0), Terms(True, True, False))
+INNER_NORMAL = OPERATOR.inner.normal, OPERATOR.preconditioner.normal
+
+
+def zone(radius=0.6, center=(0.0, 0.0)):
+    return np.hypot(GRID.x[:, None] - center[0], GRID.y[None, :] - center[1]) < radius
+
+
+def dense(components):
+    """B as a matrix, in units of the inner iterations."""
+    columns = []
+    for unit in np.eye(components * GRID.nx * GRID.ny):
+        field, image = unit.reshape((components, *GRID.shape)), np.empty((components, *GRID.shape))
+        if components == 1:
+            OPERATOR.normal(field[0], image[0])
+        else:
+            OPERATOR.tangential(field, image)
+        columns.append(image.ravel() / OPERATOR.unit)
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("forced", [[], [0], [0, 1, 2]])
+def test_normal_solution_is_that_of_the_dense_system(forced):
+    modes, contact = NormalModes(GRID), zone()
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
+    residual = np.random.default_rng(0).normal(size=(1, *GRID.shape)) * contact
+    cg.residual[:], cg.zone[:], cg.weight[:] = residual, contact, contact
+    cg.constrain(np.eye(3)[forced], GRID.x, GRID.y)
+    iterations = cg.solve(*INNER_NORMAL, 1e-4, 0.0, 100)
+    inside = contact.ravel()
+    rows = [constraint(modes, 1, mode).ravel()[inside] for mode in forced]
+    constraints = np.array(rows).reshape(len(forced), inside.sum())
+    expected = saddle_point(dense(1)[np.ix_(inside, inside)], constraints, residual.ravel()[inside])
+    np.testing.assert_allclose(cg.solution.ravel()[inside], expected, atol=1e-3 * np.abs(expected).max())
+    assert not cg.solution.ravel()[~inside].any()
+    assert 1 < iterations < 20
+
+
+@pytest.mark.parametrize("forced", [[], [0], [0, 1, 2]])
+def test_tangential_solution_is_that_of_the_dense_system(forced):
+    """Slip in a ring, with directions and stiffnesses over ten decades."""
+    random, modes, contact = np.random.default_rng(1), TangentialModes(GRID), zone()
+    slipping = contact & ~zone(0.35)
+    angle = random.uniform(0.0, 6.3, GRID.shape)
+    normal = np.array([np.cos(angle), np.sin(angle)]) * slipping
+    stiffness = 10.0 ** random.uniform(-5, 5, GRID.shape) * slipping
+    cg = ProjectedCG(Workspace(2, GRID.shape, np.float32))
+    residual = random.normal(size=(2, *GRID.shape)) * contact
+    cg.residual[:], cg.zone[:], cg.normal[:], cg.stiffness[:] = residual, contact, normal, stiffness
+    cg.weight[:] = contact / (1.0 + stiffness)
+    cg.constrain(np.eye(3)[forced], GRID.x, GRID.y)
+    cg.solve(OPERATOR.inner.tangential, OPERATOR.preconditioner.tangential, 1e-5, 0.0, 200)
+    basis = tangent_basis(contact, normal)
+    matrix = basis.T @ (dense(2) + np.diag(np.tile(stiffness.ravel(), 2))) @ basis
+    rows = [constraint(modes, 2, mode).ravel() @ basis for mode in forced]
+    constraints = np.array(rows).reshape(len(forced), basis.shape[1])
+    expected = basis @ saddle_point(matrix, constraints, residual.ravel() @ basis)
+    np.testing.assert_allclose(cg.solution.ravel(), expected, atol=2e-3 * np.abs(expected).max())
+    solution, moved = cg.found
+    wanted = np.empty_like(solution)
+    OPERATOR.inner.tangential(solution, wanted)
+    np.testing.assert_allclose(moved, wanted, atol=1e-5 * np.abs(wanted).max())  # outside of the zone, too
+
+
+def constraint(modes, components, mode):
+    field = np.zeros((components, *GRID.shape))
+    modes.displacement(np.eye(3)[mode], field[0] if components == 1 else field)
+    return field
+
+
+def saddle_point(matrix, constraints, right):
+    """x of  matrix x + constraints' m = right,  constraints x = 0."""
+    count = len(constraints)
+    whole = np.block([[matrix, constraints.T], [constraints, np.zeros((count, count))]])
+    return np.linalg.solve(whole, np.append(right, np.zeros(count)))[: len(right)]
+
+
+def tangent_basis(contact, normal):
+    """Orthonormal columns: both directions in the stick zone, the one across `normal` in the slip zone."""
+    columns, cells = [], GRID.nx * GRID.ny
+    for cell in np.flatnonzero(contact):
+        n = normal[:, *np.unravel_index(cell, GRID.shape)]
+        directions = [(1.0, 0.0), (0.0, 1.0)] if not n.any() else [(-n[1], n[0])]
+        for x, y in directions:
+            column = np.zeros(2 * cells)
+            column[cell], column[cells + cell] = x, y
+            columns.append(column)
+    return np.array(columns).T
+
+
+def test_one_cell_resists_no_rotation():
+    """The constraints of a single cell are one: of their Gram matrix one direction is inverted; nothing can move."""
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
+    cg.zone[3, 4] = cg.weight[3, 4] = cg.residual[0, 3, 4] = 1
+    cg.constrain(np.eye(3), GRID.x, GRID.y)
+    assert np.linalg.matrix_rank(cg._inverse_gram, tol=1e-3) == 1
+    assert cg.solve(*INNER_NORMAL, 0.1, 0.0, 10) <= 10
+    np.testing.assert_allclose(cg.solution, 0.0, atol=1e-5)
+
+
+def test_two_solvers_share_a_workspace():
+    workspace = Workspace(2, GRID.shape, np.float32)
+    vector, sharing = ProjectedCG(workspace), ProjectedCG(workspace, components=1)
+    assert np.shares_memory(sharing.solution, vector.solution)
+    assert not np.shares_memory(sharing.zone, vector.zone)
+    own = ProjectedCG(Workspace(1, GRID.shape, np.float32))
+    residual = np.random.default_rng(0).normal(size=(1, *GRID.shape))
+    for cg in (sharing, own):
+        cg.zone[:] = cg.weight[:] = zone()
+        cg.residual[:] = residual
+        cg.constrain(np.zeros((0, 3)), GRID.x, GRID.y)
+        cg.solve(*INNER_NORMAL, 0.01, 0.0, 30)
+    np.testing.assert_array_equal(sharing.solution, own.solution)
+
+
+def test_the_limit_of_iterations_holds():
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
+    cg.zone[:] = cg.weight[:] = zone()
+    cg.residual[:] = np.random.default_rng(0).normal(size=(1, *GRID.shape))
+    cg.constrain(np.zeros((0, 3)), GRID.x, GRID.y)
+    assert cg.solve(*INNER_NORMAL, 1e-6, 0.0, 3) == 3

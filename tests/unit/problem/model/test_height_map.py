@@ -1,0 +1,240 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from fretsolve.case.keys.surface_specs import HeightsSurface
+from fretsolve.errors import CaseError, FileError
+from fretsolve.problem.model.grid import cell_centers
+from fretsolve.problem.model.height_map import HeightMap, height_map_separation, load_height_map
+
+KEY = ("surface", 0, "heights")
+VALUES = np.array([[0.0, 1.0, 2.0, 3.0], [10.0, 11.0, 12.0, 13.0], [20.0, 21.0, 22.0, 23.0]])
+
+
+def source(file: Path, **rest) -> HeightsSurface:
+    return HeightsSurface(file=str(file), **{"spacing": (1.0, 1.0), **rest})
+
+
+def without_spacing(file: Path, **rest) -> HeightsSurface:
+    return HeightsSurface(file=str(file), **rest)
+
+
+def write_hdf5(file: Path, attributes: dict, values=VALUES) -> Path:
+    with h5py.File(file, "w") as stored:
+        stored["scan/height"] = values
+        stored["scan/height"].attrs.update(attributes)
+        stored["other"] = np.zeros(3)
+    return file
+
+
+class TestSampling:
+    def test_is_exact_at_the_maps_own_points(self):
+        rng = np.random.default_rng(1)
+        values = rng.normal(size=(7, 4))
+        x, y = cell_centers(7, 0.3, 0.0), cell_centers(4, 0.2, 0.0)
+        sampled = HeightMap(values, (0.3, 0.2)).sample(x, y)
+        np.testing.assert_allclose(sampled, values, rtol=1e-12)
+        assert sampled.flags.c_contiguous
+
+    def test_is_bilinear_in_between(self):
+        sampled = HeightMap(VALUES, (1.0, 2.0)).sample(np.array([-0.5, 0.25]), np.array([-2.0, 0.0, 3.0]))
+        np.testing.assert_allclose(sampled, [[5.5, 6.5, 8.0], [13.0, 14.0, 15.5]], rtol=1e-14)
+
+    def test_finely_sampled_paraboloid_is_met_within_the_interpolation_error(self):
+        radius, step = 10.0, 0.01
+        u = cell_centers(201, step, 0.0)
+        paraboloid = HeightMap((u[:, None] ** 2 + u**2) / (2 * radius), (step, step))
+        x, y = np.linspace(-0.9, 0.9, 77), np.linspace(-0.8, 0.8, 50)
+        excess = paraboloid.sample(x, y) - (x[:, None] ** 2 + y**2) / (2 * radius)
+        assert excess.min() > -1e-15
+        assert excess.max() <= 2 * step**2 / (8 * radius) * (1 + 1e-9)
+
+    def test_no_material_off_the_map(self):
+        x, y = np.array([-5.0, -1.0 - 1e-9, 1.0 + 1e-9, 1.01]), np.array([-1.6, 0.0, 1.5])
+        sampled = HeightMap(VALUES, (1.0, 1.0)).sample(x, y)
+        np.testing.assert_array_equal(np.isinf(sampled), [[1, 1, 1], [1, 0, 0], [1, 0, 0], [1, 1, 1]])
+        np.testing.assert_allclose(sampled[1:3, 1:], [[1.5, 3.0], [21.5, 23.0]], atol=1e-5)
+
+    def test_hole_takes_the_cells_that_it_touches_and_no_others(self):
+        values = np.zeros((5, 5))
+        values[2, 2] = np.nan
+        height_map = HeightMap(values, (1.0, 1.0))
+        own = cell_centers(5, 1.0, 0.0)
+        assert np.argwhere(np.isinf(height_map.sample(own, own))).tolist() == [[2, 2]]
+        finer = np.linspace(-2.0, 2.0, 17)
+        touched = np.abs(finer) < 1.0
+        np.testing.assert_array_equal(np.isinf(height_map.sample(finer, finer)), touched[:, None] & touched)
+
+    def test_mirrored_map_gives_the_mirrored_field(self):
+        rng = np.random.default_rng(3)
+        values = rng.normal(size=(12, 9))
+        values[5, 2] = np.nan
+        x, y = cell_centers(40, 0.025, 0.0), cell_centers(31, 0.02, 0.0)
+        sampled = HeightMap(values, (0.1, 0.1)).sample(x, y)
+        mirrored = HeightMap(values[::-1], (0.1, 0.1)).sample(x, y)
+        np.testing.assert_allclose(mirrored, sampled[::-1], rtol=1e-12, atol=1e-14)
+
+
+class TestFiles:
+    @pytest.mark.parametrize(
+        ("attributes", "spacing"),
+        [({"spacing": [0.1, 0.2]}, (0.1, 0.2)), ({"spacing": 0.1}, (0.1, 0.1)), ({"dx": 0.1, "dy": 0.3}, (0.1, 0.3))],
+    )
+    def test_hdf5_with_its_spacing(self, tmp_path, attributes, spacing):
+        file = write_hdf5(tmp_path / "map.h5", attributes)
+        read = load_height_map(without_spacing(file, dataset="/scan/height"), KEY)
+        assert read.spacing == spacing
+        np.testing.assert_array_equal(read.values, VALUES)
+
+    def test_spacing_of_the_case_comes_first(self, tmp_path):
+        file = write_hdf5(tmp_path / "map.h5", {"spacing": 0.1})
+        read = load_height_map(source(file, dataset="scan/height", spacing="2 um"), KEY)
+        assert read.spacing == (0.002, 0.002)
+
+    def test_npy(self, tmp_path):
+        np.save(tmp_path / "map.npy", VALUES.astype(np.int16))
+        np.testing.assert_array_equal(load_height_map(source(tmp_path / "map.npy"), KEY).values, VALUES)
+
+    def test_npz_by_name_or_with_a_single_array(self, tmp_path):
+        np.savez(tmp_path / "one.npz", height=VALUES)
+        np.savez(tmp_path / "two.npz", height=VALUES, mask=VALUES > 3)
+        for read in (source(tmp_path / "one.npz"), source(tmp_path / "two.npz", dataset="height")):
+            np.testing.assert_array_equal(load_height_map(read, KEY).values, VALUES)
+
+    @pytest.mark.parametrize(
+        "text",
+        [
+            "0 1 2 3\n10 11 12 13\n20 21 22 23\n",
+            "# scan, 2 um\n\n0, 1, 2, 3\n10, 11, 12, 13\n20, 21, 22, 23",
+            "\ufeff0;1;2;3\r\n10;11;12;13\r\n20;21;22;23\r\n",
+            "0\t1\t2\t3 # row along y\n10\t11\t12\t13\n20\t21\t22\t23\n",
+        ],
+    )
+    def test_text_matrix_has_its_rows_along_x(self, tmp_path, text):
+        file = tmp_path / "map.csv"
+        file.write_text(text, encoding="utf-8")
+        np.testing.assert_array_equal(load_height_map(source(file), KEY).values, VALUES)
+
+    def test_text_of_points_of_a_grid_in_any_order(self, tmp_path):
+        points = [(i * 2.0 + 5.0, j * 3.0 - 1.0, VALUES[i, j]) for i in range(3) for j in range(4)]
+        np.random.default_rng(4).shuffle(points)
+        np.savetxt(tmp_path / "map.xyz", points)
+        read = load_height_map(without_spacing(tmp_path / "map.xyz", unit="um"), KEY)
+        assert read.spacing == pytest.approx((0.002, 0.003), rel=1e-12)
+        np.testing.assert_allclose(read.values, VALUES * 1e-3, rtol=1e-12)
+
+    @pytest.mark.parametrize(
+        "rows", [np.arange(12.0).reshape(4, 3), np.zeros((4, 3)), [[0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 0, 2]]]
+    )
+    def test_three_columns_that_list_no_grid_are_a_matrix(self, tmp_path, rows):
+        np.savetxt(tmp_path / "map.txt", rows)
+        np.testing.assert_array_equal(load_height_map(source(tmp_path / "map.txt"), KEY).values, rows)
+
+    def test_unit_and_inversion(self, tmp_path):
+        np.save(tmp_path / "map.npy", VALUES)
+        read = load_height_map(source(tmp_path / "map.npy", unit="um", invert=True), KEY)
+        np.testing.assert_allclose(read.values, -1e-3 * VALUES, rtol=1e-15)
+
+    def test_what_is_not_finite_is_a_hole(self, tmp_path):
+        file = tmp_path / "map.txt"
+        file.write_text("0 nan 2\n-inf 4 inf\n")
+        read = load_height_map(source(file), KEY)
+        np.testing.assert_array_equal(read.values, [[0, np.nan, 2], [np.nan, 4, np.nan]])
+
+
+class TestFaults:
+    def refused(self, surface: HeightsSurface) -> CaseError:
+        with pytest.raises(CaseError) as caught:
+            load_height_map(surface, KEY)
+        assert "\n" not in str(caught.value)
+        return caught.value
+
+    def test_missing_dataset_lists_those_there_are(self, tmp_path):
+        file = write_hdf5(tmp_path / "map.h5", {})
+        error = self.refused(source(file, dataset="heights"))
+        assert error.key == (*KEY, "dataset")
+        assert error.message == "there is no dataset 'heights' in 'map.h5'; 'map.h5' has other, scan/height"
+
+    def test_group_is_no_dataset(self, tmp_path):
+        error = self.refused(source(write_hdf5(tmp_path / "map.h5", {}), dataset="scan"))
+        assert error.key == (*KEY, "dataset")
+
+    def test_several_arrays_need_a_choice(self, tmp_path):
+        np.savez(tmp_path / "two.npz", height=VALUES, mask=VALUES > 3)
+        error = self.refused(source(tmp_path / "two.npz"))
+        assert error.message == "dataset is missing; 'two.npz' has height, mask"
+
+    @pytest.mark.parametrize("attributes", [{}, {"spacing": [0.1, -0.1]}, {"spacing": [1.0, 1.0, 1.0]}])
+    def test_spacing_that_is_missing_or_wrong(self, tmp_path, attributes):
+        file = write_hdf5(tmp_path / "map.h5", attributes)
+        error = self.refused(without_spacing(file, dataset="scan/height"))
+        assert error.key == (*KEY, "spacing")
+        assert "such as [1 um, 1 um]" in error.message
+
+    @pytest.mark.parametrize(
+        ("values", "text"),
+        [
+            (np.zeros((2, 3, 4)), "holds a 2 x 3 x 4 array; at least 2 x 2 heights"),
+            (np.zeros((1, 9)), "holds a 1 x 9 array"),
+            (np.zeros(5), "holds 5 values in a row; at least 2 x 2 heights"),
+            (np.array(1.0), "holds a scalar array"),
+            (np.full((3, 3), np.nan), "holds no finite height"),
+            (np.ones((3, 3), dtype=complex), "values of type complex128; real numbers"),
+            (np.full((3, 3), "a"), "values of type <U1; real numbers"),
+        ],
+    )
+    def test_arrays_that_are_no_map(self, tmp_path, values, text):
+        np.save(tmp_path / "map.npy", values)
+        error = self.refused(source(tmp_path / "map.npy"))
+        assert text in error.message
+        assert error.key == (*KEY, "file")
+
+    def test_unknown_kind_of_file(self, tmp_path):
+        file = tmp_path / "map.png"
+        file.write_bytes(b"x")
+        error = self.refused(source(file))
+        assert error.key == (*KEY, "file")
+        assert ".npy" in error.message
+
+    def test_grid_off_the_map(self, tmp_path):
+        np.save(tmp_path / "map.npy", VALUES)
+        away = np.linspace(5.0, 6.0, 4)
+        with pytest.raises(CaseError, match=r"no cell of the grid lies on the map .* of 2 x 3 mm") as caught:
+            height_map_separation(source(tmp_path / "map.npy"), away, away, KEY)
+        assert caught.value.key == KEY
+
+    @pytest.mark.parametrize(
+        ("name", "content", "text"),
+        [
+            ("map.h5", b"no HDF5", "cannot be read"),
+            ("map.npy", b"no array", "it is not a NumPy file of numbers, or it is cut short or damaged$"),
+            ("map.npy", b"", "cannot be read"),
+            ("map.npz", b"PK\x03\x04 cut", "cannot be read"),
+            ("map.txt", b"", "it holds no numbers"),
+            ("map.txt", b"# only a comment\n", "it holds no numbers"),
+            ("map.txt", b"height\n1 2\n", "could not convert string 'height'"),
+            ("map.txt", b"1 2\n3\n", "cannot be read"),
+            ("map.txt", b"\xff\xfe\x00", "cannot be read"),
+        ],
+    )
+    def test_unreadable_file(self, tmp_path, name, content, text):
+        file = tmp_path / name
+        file.write_bytes(content)
+        with pytest.raises(FileError, match=text) as caught:
+            load_height_map(source(file, dataset="a" if name == "map.h5" else None), KEY)
+        assert caught.value.file == file
+        assert "\n" not in str(caught.value)
+
+    @pytest.mark.parametrize("name", ["none.npy", "none.h5", "none.txt"])
+    def test_missing_file(self, tmp_path, name):
+        with pytest.raises(FileError, match=r"cannot be read: No such file or directory$"):
+            load_height_map(source(tmp_path / name, dataset="a"), KEY)
+
+    def test_folder(self, tmp_path):
+        (tmp_path / "map.npy").mkdir()
+        with pytest.raises(FileError, match="is a folder"):
+            load_height_map(source(tmp_path / "map.npy"), KEY)

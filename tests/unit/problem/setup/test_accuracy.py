@@ -1,0 +1,180 @@
+"""The settings that an accuracy picks, those that it leaves alone, and the messages of a run on it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from command_line import invoke, refused
+from small_cases import write_case
+from solving import DISSIMILAR, build
+
+from fretsolve.case.loading import load_case
+from fretsolve.problem.setup.accuracy import refinement
+from fretsolve.result import open_result
+from fretsolve.result.verdict import verdict
+from fretsolve.simulation.problem_setup import set_up
+
+CASE = """\
+bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, {young_modulus: 200 GPa, poisson_ratio: 0.3}]
+surface: {sphere: {radius: 10 mm}}
+friction: 0.1
+load_path: [{P: 400 N}, {Qx: 30 N, increments: 2}]
+output: {fields: []}
+"""
+
+
+def write(folder: Path, accuracy: str, text: str = CASE) -> Path:
+    return write_case(folder, f"{text}solver: {{accuracy: {accuracy}}}\n")
+
+
+def solver(accuracy: object = 0.01, **settings: object) -> dict[str, object]:
+    return {"accuracy": accuracy, **settings}
+
+
+def test_it_picks_what_is_not_given() -> None:
+    setup = set_up(build(solver=solver()))
+    case = setup.case
+    assert setup.grid.nx == setup.grid.ny == case.grid.points[0]
+    assert setup.grid.nx % 6 == 0
+    assert case.solver.tolerance == 1e-6
+    assert case.solver.error_bars
+    nx = setup.grid.nx
+    assert setup.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
+
+
+def test_picked_increments_in_words() -> None:
+    setup = set_up(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
+    first, second = setup.load_path.counts
+    assert first > 1.3 * 24
+    assert f"{second} to {first} increments per stage" in setup.picked
+
+
+def test_settings_that_are_given_win() -> None:
+    path = [{"P": 400.0, "increments": 3}]
+    given = solver(tolerance=1e-7, error_bars=False)
+    setup = set_up(build(bodies=DISSIMILAR, grid={"points": [40, 44]}, load_path=path, solver=given))
+    assert setup.grid.shape == (40, 44)
+    assert setup.load_path.counts == (3,)
+    assert (setup.case.solver.tolerance, setup.case.solver.error_bars) == (1e-7, False)
+    assert setup.picked == ()
+
+
+def test_without_accuracy_nothing_changes() -> None:
+    setup = set_up(build(grid={"points": 16}))
+    assert setup.picked == ()
+    assert setup.case.effective() == build(grid={"points": 16}).effective()
+    assert refinement(None, setup.model) == 1.0
+
+
+def test_more_accuracy_takes_more_points_and_increments() -> None:
+    setups = [set_up(build(bodies=DISSIMILAR, solver=solver(level))) for level in (0.1, "draft", "standard", 0.002)]
+    points, counts, tolerances = (
+        [setup.grid.nx for setup in setups],
+        [setup.load_path.increments for setup in setups],
+        [setup.case.solver.tolerance for setup in setups],
+    )
+    assert points == sorted(points)
+    assert points[-1] > 2 * points[1]
+    assert counts == sorted(counts)
+    assert counts[-1] > 3 * counts[1]
+    assert tolerances == sorted(tolerances, reverse=True)
+
+
+def test_where_the_path_has_no_effect_more_increments_are_no_use() -> None:
+    path = [{"P": 400.0}, {"Qx": 30.0}]
+    assert set_up(build(load_path=path, solver=solver("reference"))).load_path.counts == (1, 10)
+
+
+def test_points_follow_the_contact_not_the_area() -> None:
+    automatic = set_up(build(solver=solver())).grid
+    wide = set_up(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
+    assert wide.dx == pytest.approx(automatic.dx, rel=0.1)
+    assert wide.ny == automatic.ny
+    assert set_up(build(solver=solver(0.2))).grid.shape == (36, 36)
+
+
+def test_a_narrow_slip_annulus_takes_more_points() -> None:
+    paths = ([{"P": 400.0}, {"Qx": force}] for force in (39.0, 30.0, 8.0, 0.1))
+    points = [set_up(build(load_path=path, solver=solver())).grid.nx for path in paths]
+    pressed = set_up(build(solver=solver())).grid.nx
+    assert points[0] == points[1] == pressed
+    assert points[2] > 2 * pressed
+    assert points[3] == pytest.approx(4 * pressed, abs=12)
+
+
+def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
+    """Spence's: nearly all of the radius at a friction of 0.05, a third at 0.12, a twelfth at 0.2, nothing at 5."""
+    setups = [set_up(build(bodies=DISSIMILAR, friction=mu, solver=solver(0.01))) for mu in (0.05, 0.12, 0.2, 0.4, 5.0)]
+    wide, third, twelfth, narrow, nothing = [(setup.grid.nx, setup.load_path.increments) for setup in setups]
+    assert wide < third < twelfth < narrow
+    assert wide[1] < third[1] < twelfth[1] < narrow[1] <= 4 * wide[1]
+    assert narrow[0] == pytest.approx(4 * 1.2 * 73.4, abs=6)
+    assert nothing == wide
+    sheared = [{"P": 400.0}, {"Qx": 36.0}]
+    assert set_up(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.01))).grid.nx == wide[0]
+
+
+def test_the_effective_case_gives_the_same_setup() -> None:
+    setup = set_up(build(bodies=DISSIMILAR, solver=solver("draft")))
+    again = set_up(build(**{k: v for k, v in setup.case.effective().items() if k != "title"}))
+    assert again.case.effective() == setup.case.effective()
+    assert again.load_path.counts == setup.load_path.counts
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ("0", "0 is out of range; a number >= 0.01 % and <= 20 % is needed"),
+        ("150 %", "'150 %' is out of range; a number >= 0.01 % and <= 20 % is needed"),
+        ("-1 %", "'-1 %' is out of range"),
+        ("fast", "'fast' is not allowed; draft, standard, reference or a number such as 1 % is needed"),
+        ("1 mm", "'1 mm' is a length; a number such as '0.1' is needed"),
+        ("true", "True is not a number"),
+        ("[1 %]", "['1 %'] is not a number"),
+    ],
+)
+def test_wrong_values(tmp_path: Path, value: str, says: str) -> None:
+    assert f"case.yaml:6: solver.accuracy: {says}" in refused(2, "validate", write(tmp_path, value))
+
+
+def test_without_points_and_accuracy(tmp_path: Path) -> None:
+    case = write(tmp_path, "1 %")
+    plain = ("--set", "solver={tolerance: 1e-6}")
+    told = refused(2, "validate", case, *plain)
+    assert "grid: missing; needed: grid of the potential contact area" in told
+    told = refused(2, "validate", case, *plain, "--set", "grid.size=1 mm")
+    assert "grid.points: missing; needed: cells per side, or [nx, ny], such as 128; or solver" in told
+    told = refused(2, "validate", case, "--set", "grid.points=12")
+    assert "grid.points: 12 x 12 are too few for the error bars that solver.accuracy takes; 16 or" in told
+
+
+def test_a_share_may_be_written_in_many_ways(tmp_path: Path) -> None:
+    cases = [load_case(write(tmp_path, text)) for text in ("1 %", "1%", "0.01", "standard", '"standard"')]
+    assert [case.solver.accuracy for case in cases] == [0.01] * 5
+
+
+def test_run_prints_picks_and_verdict(tmp_path: Path) -> None:
+    case, out = write(tmp_path, "draft"), tmp_path / "case.h5"
+    ran = invoke("run", case)
+    assert ran.exit_code == 0, ran.stderr
+    nx = set_up(load_case(case)).grid.nx
+    assert f"accuracy 5 % picks {nx} x {nx} points, tolerance 5e-06, error bars" in ran.stdout
+    assert "accuracy 5 % is met:" in ran.stdout
+    assert "warning: accuracy" not in ran.stderr
+    assert "accuracy 5 % is met:" in invoke("show", out).stdout
+    with open_result(out) as result:
+        assert result.effective_case["grid"]["points"] == [nx, nx]
+        assert result.effective_case["solver"]["accuracy"] == 0.05
+        assert json.loads(result.attributes["provenance"])["picked_by_accuracy"][0] == f"{nx} x {nx} points"
+        reached = verdict(result.effective_case["solver"], result.history)
+        assert reached.met
+    assert invoke("run", case, "--resume").output == f"{out}: already complete, 3 increments\n"
+
+
+def test_run_warns_of_an_accuracy_that_is_not_met(tmp_path: Path) -> None:
+    ran = invoke("run", write(tmp_path, "0.1 %"), "--set", "grid.points=20")
+    assert ran.exit_code == 0
+    assert "warning: accuracy 0.1 % is not met: " in ran.stderr
+    assert " is known to " in ran.stderr
