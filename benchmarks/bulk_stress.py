@@ -13,13 +13,12 @@ from helpers import parser_of, report
 from matplotlib.figure import Figure
 
 from fretsolve import run
-from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.case.line_case import LineCase
 from fretsolve.case.models import Case
 from fretsolve.post.plots.labels import CLOSED_FORM, marks
 from fretsolve.problem.model.materials import compliances
-from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.line import HertzLine
+from fretsolve.reference.hertz import HertzLine, hertz_sphere
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.reference.tangential import SphereUnderBulk
 from fretsolve.result.state import State

@@ -17,8 +17,8 @@ from typing import Any
 import fretsolve
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
-from fretsolve.problem.model.edges import rounding
 from fretsolve.problem.model.materials import Compliances
+from fretsolve.problem.model.surface import rounding
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone

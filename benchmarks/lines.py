@@ -14,7 +14,7 @@ import numpy as np
 
 import fretsolve
 from fretsolve.problem.model.materials import compliances
-from fretsolve.reference.line import HertzLine, LineContact, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.hertz import HertzLine, LineContact, RoundedPunch, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import State
 

@@ -20,7 +20,7 @@ from calibration_cases import CalibrationCase
 
 from fretsolve.case.history import BULK
 from fretsolve.case.models import Case
-from fretsolve.problem.setup.contact_size import AREA_MARGIN
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.simulation.problem_setup import set_up
 

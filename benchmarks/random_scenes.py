@@ -31,8 +31,7 @@ from random_cases import (
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
 from fretsolve.problem.model.materials import compliances
-from fretsolve.reference.hertz import hertz_sphere
-from fretsolve.reference.line import HertzLine
+from fretsolve.reference.hertz import HertzLine, hertz_sphere
 from fretsolve.simulation.problem_setup import set_up
 
 FIRST_SEED = 54

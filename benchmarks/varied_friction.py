@@ -15,7 +15,7 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve import run
-from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.case.models import Case
 from fretsolve.problem.model.materials import compliances
 from fretsolve.reference.hertz import HertzContact, hertz_sphere

@@ -8,7 +8,7 @@ from typing import Any
 from fretsolve import run
 from fretsolve.case.line_case import LineCase
 from fretsolve.problem.model.materials import compliances
-from fretsolve.reference.line import HertzLine, RoundedPunch
+from fretsolve.reference.hertz import HertzLine, RoundedPunch
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import State
 

@@ -27,6 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
+from fretsolve.case.keys.body_specs import CylinderSurface, HeightsSurface, OneSurface, PunchSurface, read_from
 from fretsolve.case.keys.load_path_spec import (
     AmplitudeCycle,
     BulkStress,
@@ -37,7 +38,6 @@ from fretsolve.case.keys.load_path_spec import (
     step_tag,
 )
 from fretsolve.case.keys.settings_spec import Expectation
-from fretsolve.case.keys.surface_specs import CylinderSurface, HeightsSurface, OneSurface, PunchSurface, read_from
 from fretsolve.case.keys.unrolled_path import check_load_path
 from fretsolve.case.models import Case, GridSpec
 from fretsolve.case.quantities import InUnits, refused, shown

@@ -92,7 +92,7 @@ class CaseText:
         name = fatigue.get(MATERIAL[-1]) if isinstance(fatigue, dict) else None
         if not isinstance(name, str):
             return self.data
-        from fretsolve.case.keys.material_spec import Material  # other cases need not load it
+        from fretsolve.case.keys.output_spec import Material  # other cases need not load it
 
         try:
             found = read_case(self.source.path.parent / name)

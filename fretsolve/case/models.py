@@ -21,12 +21,11 @@ from pydantic import (
 from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, auto, refused_at
 from fretsolve.case.dimensions import Dimension
 from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
-from fretsolve.case.keys.body_spec import Body
+from fretsolve.case.keys.body_specs import Body, Surfaces
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.load_path_spec import CycleSpec, LoadStep
 from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec, WearField
 from fretsolve.case.keys.settings_spec import Expectation, SolverSpec
-from fretsolve.case.keys.surface_specs import Surfaces
 from fretsolve.case.keys.unrolled_path import (
     Stage,
     bulk_keys,

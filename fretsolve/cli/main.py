@@ -12,9 +12,9 @@ import click
 
 from fretsolve import __version__
 from fretsolve.case.templates import TEMPLATES
-from fretsolve.cli.command_line import CommandLine
-from fretsolve.cli.options import (
+from fretsolve.cli.command_line import (
     FILE,
+    CommandLine,
     StepRange,
     error_bars_option,
     flag,
@@ -312,7 +312,7 @@ def stress(threads: int, **options: Any) -> int:
     FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
     the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
     """
-    from fretsolve.cli.commands.stress import StressOptions, stress_of_result
+    from fretsolve.cli.commands.computed_files import StressOptions, stress_of_result
 
     return stress_of_result(StressOptions(threads=available(threads), **options))
 
@@ -353,7 +353,7 @@ def fatigue(threads: int, cycle: str, **options: Any) -> int:
     `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
     no cycle.
     """
-    from fretsolve.cli.commands.fatigue import FatigueOptions, fatigue_of_result
+    from fretsolve.cli.commands.computed_files import FatigueOptions, fatigue_of_result
 
     return fatigue_of_result(FatigueOptions(threads=available(threads), **options))
 

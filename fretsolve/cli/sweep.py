@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from fretsolve.cli.options import (
+from fretsolve.cli.command_line import (
     FILE,
     WholeNumber,
     flag,

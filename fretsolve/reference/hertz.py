@@ -1,18 +1,60 @@
-"""Bodies pressed together without friction: sphere, ellipsoid, cylinder, cone and flat punch.
+"""Bodies pressed together without friction: sphere, ellipsoid, cone and punch, and per mm of a line cylinder and punch.
 
-Sources: Johnson, Contact Mechanics (1985), chapters 3 and 4; Love (1939); Boussinesq (1885). Every function raises
-ValueError outside its stated range.
+Sources: Johnson, Contact Mechanics (1985), chapters 3 and 4; Love (1939); Boussinesq (1885); Ciavarella, Hills & Monno
+(1998) for the rounded punch; Spence (1973) for the stick zone of line contacts that grow without changing shape. Every
+function raises ValueError outside its stated range. `line_slip` has partial slip on line contacts.
+
+Elliptic integrals and roots are in plain Python: importing `scipy.special` takes 0.2 s of processor time and
+`scipy.optimize` 0.4 s, which is more than many a small case takes to solve.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from fretsolve.reference.elliptic import complete_integral, growing_root
 from fretsolve.system.arrays import DoubleArray
+
+
+def complete_integral(complement: float, cosine: float = 1.0, sine: float = 1.0) -> float:
+    """Return the integral of (cosine cos^2 f + sine sin^2 f)/sqrt(1 - k^2 sin^2 f) over f from 0 to pi/2.
+
+    complement: k' = sqrt(1 - k^2) > 0. With k^2 D = K - E and k^2 B = E - k'^2 K, (1, 1) gives K, (0, 1) D, (1, 0) B
+    and (1, k'^2) E. Nothing cancels. By Landen's transformation; Bulirsch (1965), procedure cel2.
+    """
+    mean, before, total, rest = 1.0, cosine, cosine + sine, sine
+    while True:
+        rest = 2.0 * (before * complement + rest)
+        before, former, mean = total, mean, complement + mean
+        total += rest / mean
+        if abs(former - complement) <= 1e-8 * former:  # it converges quadratically
+            return 0.25 * math.pi * total / mean
+        complement = 2.0 * math.sqrt(complement * former)
+
+
+def modulus(ratio: float) -> float:
+    """Return the modulus k with K(k)/K(k') = ratio > 0, as theta functions of the nome give it; 0 or 1 by rounding."""
+    if ratio > 1.0:
+        complement = modulus(1.0 / ratio)
+        return math.sqrt((1.0 - complement) * (1.0 + complement))
+    root = math.exp(-0.25 * math.pi / ratio)
+    nome = root**4  # 0.043 at most: nome^12 and nome^16 are left out
+    return (2.0 * root * (1.0 + nome**2 + nome**6) / (1.0 + 2.0 * (nome + nome**4 + nome**9))) ** 2
+
+
+def growing_root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return where `function`, which is not above 0 at `low` and not below 0 at `high`, grows through 0.
+
+    Brent's method takes a sixth of the calls, which are of microseconds, but an import.
+    """
+    for _ in range(60):  # they leave 1e-18 of the interval
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
 
 
 @dataclass(frozen=True)
@@ -167,3 +209,138 @@ def _slope(angle: float) -> float:
 def _require(condition: bool, message: str) -> None:
     if not condition:
         raise ValueError(message)
+
+
+NEAREST_ANGLE = 1e-9
+"""Angle between a point of the rounded punch and the end of its flat, where two infinite terms cancel, at least."""
+
+
+class LineContact(Protocol):
+    """A symmetric line contact: load (N/mm), half-width a (mm), largest pressure (MPa)."""
+
+    @property
+    def load(self) -> float: ...
+
+    @property
+    def half_width(self) -> float: ...
+
+    @property
+    def max_pressure(self) -> float: ...
+
+    def pressure(self, x: DoubleArray) -> DoubleArray:
+        """Return the pressure at `x` from the middle; 0 outside."""
+
+    def under(self, load: float) -> LineContact:
+        """Return the contact of the same bodies at another load > 0."""
+
+
+@dataclass(frozen=True)
+class HertzLine:
+    """A cylinder of `radius` pressed on a plane by `load` > 0 (N/mm): a^2 = 4 P R/pi E*, p0 = 2 P/pi a."""
+
+    load: float
+    radius: float
+    contact_modulus: float
+
+    def __post_init__(self) -> None:
+        if min(self.load, self.radius, self.contact_modulus) <= 0.0:
+            raise ValueError("load, radius and modulus must be positive")
+
+    @property
+    def half_width(self) -> float:
+        """Half-width a of the contact (mm)."""
+        return math.sqrt(4.0 * self.load * self.radius / (math.pi * self.contact_modulus))
+
+    @property
+    def max_pressure(self) -> float:
+        """Pressure p0 in the middle (MPa)."""
+        return 2.0 * self.load / (math.pi * self.half_width)
+
+    def pressure(self, x: DoubleArray) -> DoubleArray:
+        """Return the pressure at `x` from the middle; 0 outside."""
+        return self.max_pressure * np.sqrt(np.maximum(1.0 - np.square(x / self.half_width), 0.0))
+
+    def under(self, load: float) -> HertzLine:
+        """Return the contact at another load > 0."""
+        return HertzLine(load, self.radius, self.contact_modulus)
+
+
+@dataclass(frozen=True)
+class RoundedPunch:
+    """A punch, flat on abs(x) < `flat` and of `radius` beyond, pressed by `load` > 0 (N/mm).
+
+    With sin f0 = flat/a the load is 4 P R/(E* a^2) = pi - 2 f0 - sin 2 f0.
+    """
+
+    load: float
+    flat: float
+    radius: float
+    contact_modulus: float
+
+    def __post_init__(self) -> None:
+        if min(self.load, self.flat, self.radius, self.contact_modulus) <= 0.0:
+            raise ValueError("load, flat, radius and modulus must be positive")
+
+    @property
+    def edge_angle(self) -> float:
+        """The angle f0, from the load; the contact is a = flat/sin f0."""
+        wanted = 4.0 * self.load * self.radius / (self.contact_modulus * self.flat**2)
+
+        # With f0 = pi/2 - g the load is (2 g - sin 2 g)/cos^2 g, which grows from 0 to infinity.
+        def excess(g: float) -> float:
+            return _less_sine(2.0 * g) - wanted * math.cos(g) ** 2
+
+        return 0.5 * math.pi - growing_root(excess, 0.0, 0.5 * math.pi)
+
+    @property
+    def half_width(self) -> float:
+        """Half-width a of the contact (mm)."""
+        return self.flat / math.sin(self.edge_angle)
+
+    @property
+    def max_pressure(self) -> float:
+        """Largest pressure (MPa), near the ends of the flat."""
+        from scipy.optimize import minimize_scalar
+
+        a = self.half_width
+        least = minimize_scalar(
+            lambda x: -float(self.pressure(np.array([x]))[0]), bounds=(0.0, a), options={"xatol": 1e-9 * a}
+        )
+        return max(-float(least.fun), float(self.pressure(np.zeros(1))[0]))
+
+    def pressure(self, x: DoubleArray) -> DoubleArray:
+        """Return the pressure at `x` from the middle; 0 outside."""
+        f0, a = self.edge_angle, self.half_width
+        inside = np.abs(x) < a
+        f = np.arcsin(np.abs(np.where(inside, x, 0.0)) / a)
+        f = np.where(np.abs(f - f0) < NEAREST_ANGLE, f0 - NEAREST_ANGLE, f)
+        shape = _less_sine(math.pi - 2.0 * f0)
+        log_of_sines = np.log(np.abs(np.sin(f + f0) / np.sin(f - f0)))
+        log_of_tangents = np.log(np.abs(np.tan(0.5 * (f + f0)) * np.tan(0.5 * (f - f0))))
+        braces = (math.pi - 2.0 * f0) * np.cos(f) + np.sin(f) * log_of_sines + math.sin(f0) * log_of_tangents
+        return np.where(inside, 2.0 * self.load / (math.pi * a * shape) * braces, 0.0)
+
+    def under(self, load: float) -> RoundedPunch:
+        """Return the contact at another load > 0."""
+        return RoundedPunch(load, self.flat, self.radius, self.contact_modulus)
+
+
+def _less_sine(angle: float) -> float:
+    """Return angle - sin(angle), without cancellation for small angles."""
+    if abs(angle) > 0.5:
+        return angle - math.sin(angle)
+    square, term, total = angle * angle, angle**3 / 6.0, 0.0
+    for n in range(4, 24, 2):
+        total += term
+        term *= -square / (n * (n + 1))
+    return total
+
+
+def pressed_stick_ratio(friction: float, dundurs_constant: float) -> float:
+    """Return c/a of a cylinder or a flat punch under growing P alone on a dissimilar body; 1 for uncoupled bodies.
+
+    K(c/a)/K(sqrt(1 - c^2/a^2)) = mu/abs(beta), K of the modulus, where shear does not act on the pressure (one-way).
+    """
+    if dundurs_constant == 0.0:
+        return 1.0
+    return modulus(friction / abs(dundurs_constant)) if friction > 0.0 else 0.0

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.reference.cyclic_loading import SAME, MasingPath, dissipated
-from fretsolve.reference.line import HertzLine, LineContact
+from fretsolve.reference.hertz import HertzLine, LineContact
 from fretsolve.system.arrays import DoubleArray
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)

@@ -15,8 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from fretsolve.reference.elliptic import complete_integral, growing_root
-from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.hertz import HertzContact, complete_integral, growing_root
 from fretsolve.system.arrays import DoubleArray
 
 

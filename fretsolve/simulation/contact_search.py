@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fretsolve.case.keys.surface_specs import Surface
+from fretsolve.case.keys.body_specs import Surface
 from fretsolve.contact.solvers.normal import NormalSolver
 from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.errors import CaseError, KeyPath
@@ -19,7 +19,7 @@ from fretsolve.problem.model.materials import Compliances
 from fretsolve.problem.model.required_terms import Terms
 from fretsolve.problem.model.surface import separation
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load, pressing, round_contact
-from fretsolve.problem.setup.contact_size import AREA_MARGIN, Size, worn_reach
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN, Size, worn_reach
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 TRIAL_POINTS, TRIAL_LINE_POINTS = 48, 96

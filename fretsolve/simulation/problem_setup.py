@@ -12,9 +12,16 @@ from fretsolve.problem.model.grid import Grid, LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model, derive_model
-from fretsolve.problem.setup.accuracy import picks, points_needed, refinement, settled
 from fretsolve.problem.setup.closed_forms import ClosedForms
-from fretsolve.problem.setup.contact_size import Size, room_for_coarse_runs, size_by_closed_form
+from fretsolve.problem.setup.picked_settings import (
+    Size,
+    picks,
+    points_needed,
+    refinement,
+    room_for_coarse_runs,
+    settled,
+    size_by_closed_form,
+)
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
 from fretsolve.system.arrays import BoolArray
 

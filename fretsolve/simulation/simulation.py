@@ -23,7 +23,7 @@ from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid
 from fretsolve.problem.friction.weakening import require_stable
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.surface import is_mirrored, map_border, map_spans
-from fretsolve.problem.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.simulation.contact_search import contact_size

@@ -32,7 +32,7 @@ from fretsolve.elastic.line_operator import LineOperator
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import derive_model
-from fretsolve.reference.line import HertzLine, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.hertz import HertzLine, RoundedPunch, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import Zone
 

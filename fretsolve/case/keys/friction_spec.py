@@ -23,7 +23,7 @@ from pydantic_core import CoreSchema
 
 from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import ANGLE, ENERGY_PER_AREA, NUMBER, PRESSURE
-from fretsolve.case.keys.surface_specs import HDF5_SUFFIXES, file_in_case_folder
+from fretsolve.case.keys.body_specs import HDF5_SUFFIXES, file_in_case_folder
 from fretsolve.case.quantities import InUnits, QuantityError, refused
 
 Coefficient = Annotated[float, InUnits(NUMBER, least=0)]

@@ -10,7 +10,7 @@ from typing import Any
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
-from fretsolve.cli.commands.messages.run_messages import JsonMessages, QuietMessages, TextMessages
+from fretsolve.cli.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.elastic.kernels import load, when_compiling
 from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, free_bytes, require_memory
@@ -169,8 +169,7 @@ def write_side_outputs(
     stress, fatigue = case.output.stress, case.output.fatigue
     if stress is None and fatigue is None:
         return
-    from fretsolve.cli.commands.fatigue import write_fatigue_with_messages
-    from fretsolve.cli.commands.stress import FileOrder, write_with_messages
+    from fretsolve.cli.commands.computed_files import FileOrder, write_fatigue_with_messages, write_with_messages
     from fretsolve.post.fatigue.names import fatigue_path
     from fretsolve.post.fatigue.request import case_request as fatigue_request
     from fretsolve.post.stress.computed_file import is_made_from

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from fretsolve.cli.commands.messages.case_messages import CaseMessages, none_solved
+from fretsolve.cli.case_messages import CaseMessages, none_solved
 from fretsolve.cli.commands.plot import require_matplotlib
 from fretsolve.errors import CaseError, FileError, NoSolutionError
 from fretsolve.post.export.text_report import report_console

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from fretsolve.cli.commands.messages.case_messages import CaseMessages, none_solved
+from fretsolve.cli.case_messages import CaseMessages, none_solved
 from fretsolve.cli.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.errors import CaseError, PictureError, printable
 from fretsolve.post.plots.sheet import Sheet

@@ -10,9 +10,9 @@ from pathlib import Path
 import yaml
 
 from fretsolve.case.dimensions import in_small_unit
-from fretsolve.case.keys.surface_specs import HeightsSurface
+from fretsolve.case.keys.body_specs import HeightsSurface
 from fretsolve.case.loading import read_case
-from fretsolve.cli.commands.messages.case_summary import (
+from fretsolve.cli.case_summary import (
     accuracy_lines,
     grid_line,
     material_lines,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.case.keys.body_spec import Body
+from fretsolve.case.keys.body_specs import Body
 from fretsolve.contact.increment.certificate import Solution, Verifier
 from fretsolve.contact.increment.increment import IncrementSolver, Solved
 from fretsolve.contact.increment.states import InitialState, WorkingState

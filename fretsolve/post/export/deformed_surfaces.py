@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator

@@ -51,7 +51,7 @@ def wear_totals(result: Result) -> Iterator[str]:
     cycles, volume, error, depth = (
         float(history[name][-1]) for name in ("cycles", "wear_volume", "wear_error", "wear_depth_max")
     )
-    from fretsolve.problem.setup.worn_volume import error_by_grid  # few results have wear
+    from fretsolve.problem.setup.wear_warnings import error_by_grid  # few results have wear
 
     errors = {"the jumps": error or None, "the cells that stick": error_by_grid(result)}
     bars = [f"± {value:.1e} by {cause}" for cause, value in errors.items() if value is not None]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.keys.output_spec import Material
 from fretsolve.case.loading import CaseText, read_case, validated
 from fretsolve.case.models import Case
 from fretsolve.case.source import CaseSource, parse

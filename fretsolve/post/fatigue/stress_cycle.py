@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.keys.output_spec import Material
 from fretsolve.case.loading import stored_case
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.averaging import Average, depth_weights

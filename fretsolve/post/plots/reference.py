@@ -12,7 +12,7 @@ from fretsolve.case.history import BULK
 from fretsolve.problem.setup.closed_forms import ClosedForms, spence_ratio
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.problem.setup.problem import closed_forms_of, model_of_forms
-from fretsolve.problem.setup.worn_volume import only_worn_cycle
+from fretsolve.problem.setup.wear_warnings import only_worn_cycle
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.reference.line_slip import LineShear

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import LENGTH
-from fretsolve.case.keys.surface_specs import HDF5_SUFFIXES, HeightsSurface
+from fretsolve.case.keys.body_specs import HDF5_SUFFIXES, HeightsSurface
 from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE, QuantityError, to_internal
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
 from fretsolve.system.arrays import BoolArray, DoubleArray

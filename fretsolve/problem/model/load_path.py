@@ -277,7 +277,7 @@ def _changes(wears: CyclePass | None, after: CyclePass) -> bool:
 
 def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
     """Return whether `cycle`, with which the history ends, is within its tolerance of the limit of its repetitions."""
-    from fretsolve.result.cycles.steps import CHANGE_COLUMNS, cycles_in, distance_to_limit  # few paths need them
+    from fretsolve.result.cycles.loops import CHANGE_COLUMNS, cycles_in, distance_to_limit  # few paths need them
 
     columns = {name: np.array([getattr(one, name) for one in history]) for name in CHANGE_COLUMNS}
     found = [one for one in cycles_in(stages, columns["stage"]) if one.run == cycle.cycle]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.history import BULK
-from fretsolve.case.keys.body_spec import Body, ElasticBody
+from fretsolve.case.keys.body_specs import Body, ElasticBody
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import FloatArray, Vector

@@ -10,7 +10,7 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
 from fretsolve.case.models import Case
 from fretsolve.problem.model.materials import BulkResponse, Compliances, Orthotropy, compliances
-from fretsolve.reference.line import pressed_stick_ratio
+from fretsolve.reference.hertz import pressed_stick_ratio
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
 UNCOUPLED_BELOW = 1e-12

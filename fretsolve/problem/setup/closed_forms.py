@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.case.history import PAIRS
-from fretsolve.case.keys.surface_specs import Surface
+from fretsolve.case.keys.body_specs import Surface
 from fretsolve.case.models import Case
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.reference.cyclic_loading import CyclicLoading, cyclic_loading
 from fretsolve.reference.hertz import (
     FlatPunch,
     HertzContact,
+    HertzLine,
+    LineContact,
     RoundContact,
     boussinesq_punch,
     hertz_elliptic,
@@ -29,8 +31,8 @@ from fretsolve.reference.hertz import (
     hertz_sphere_at,
     love_cone,
     love_cone_at,
+    pressed_stick_ratio,
 )
-from fretsolve.reference.line import HertzLine, LineContact, pressed_stick_ratio
 from fretsolve.reference.tangential import (
     SphereUnderBulk,
     cattaneo_mindlin,
@@ -40,7 +42,7 @@ from fretsolve.reference.tangential import (
 )
 
 if TYPE_CHECKING:
-    from fretsolve.problem.setup.friction_forms import FrictionOnContact
+    from fretsolve.problem.friction.law import FrictionOnContact
 
 Load = Mapping[str, float]
 """The imposed load components with their totals (N, mm, N mm, rad)."""
@@ -229,7 +231,7 @@ class ClosedForms:
         return force, limit.gross_slip_torque, limit.under(limit.gross_slip_force).delta_x
 
     def _friction_on_contact(self, coefficient: float | None = None) -> FrictionOnContact:
-        from fretsolve.problem.setup.friction_forms import FrictionOnContact  # few cases have such friction
+        from fretsolve.problem.friction.law import FrictionOnContact  # few cases have such friction
 
         return FrictionOnContact(self.case, self.case.surface[0].center, coefficient)
 

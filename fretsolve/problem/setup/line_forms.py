@@ -1,6 +1,6 @@
 """Find the closed forms that hold for a line contact: Hertz or a rounded punch, and partial slip on them.
 
-The formulas are in `fretsolve.reference.line` and `fretsolve.reference.line_slip`.
+The formulas are in `fretsolve.reference.hertz` and `fretsolve.reference.line_slip`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ import numpy as np
 
 from fretsolve.problem.setup.closed_forms import ClosedForm, ClosedForms, Load, spence_ratio
 from fretsolve.reference.cyclic_loading import SAME
-from fretsolve.reference.hertz import HertzContact
-from fretsolve.reference.line import HertzLine, LineContact, RoundedPunch
+from fretsolve.reference.hertz import HertzContact, HertzLine, LineContact, RoundedPunch
 from fretsolve.reference.line_slip import LinePartialSlip, LineShear
 
 

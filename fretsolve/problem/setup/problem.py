@@ -19,7 +19,7 @@ from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model, derive_model
 from fretsolve.problem.model.surface import is_mirrored, separation
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load
-from fretsolve.problem.setup.contact_size import Size
+from fretsolve.problem.setup.picked_settings import Size
 from fretsolve.system.arrays import BoolArray, DoubleArray
 from fretsolve.system.environment import compiler_asked, compiler_installed
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.keys.surface_specs import Surface
+from fretsolve.case.keys.body_specs import Surface
 from fretsolve.problem.model.height_map import HeightMap
 from fretsolve.problem.model.surface import height_maps
 from fretsolve.system.arrays import DoubleArray

@@ -18,16 +18,21 @@ import numpy as np
 
 from fretsolve.case.dimensions import cell_counts, percent
 from fretsolve.case.history import PAIRS
-from fretsolve.case.keys.surface_specs import PunchSurface
+from fretsolve.case.keys.body_specs import PunchSurface
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import KeyPath, dotted
-from fretsolve.problem.model.edges import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
-from fretsolve.problem.setup.accuracy import points_needed, tolerance_needed
-from fretsolve.problem.setup.contact_size import AREA_MARGIN, concave_sphere, room_for_coarse_runs
+from fretsolve.problem.model.surface import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
+from fretsolve.problem.setup.picked_settings import (
+    AREA_MARGIN,
+    concave_sphere,
+    points_needed,
+    room_for_coarse_runs,
+    tolerance_needed,
+)
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.reference.line import HertzLine, LineContact
+from fretsolve.reference.hertz import HertzLine, LineContact
 from fretsolve.system.arrays import DoubleArray
 
 LARGEST_SIZE = 0.1
@@ -144,7 +149,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         most_force, most_torque, _ = forms.gross_slip(pressed, hertz, load.get("friction"))
         Qx, Qy, Mz = (load.get(name, 0.0) for name in ("Qx", "Qy", "Mz"))
         if varies:
-            from fretsolve.problem.friction.warnings import largest_share  # few cases need it
+            from fretsolve.problem.friction.weakening import largest_share  # few cases need it
 
             most_force = min(most_force, pressed * largest_share(setup.case.friction, Qx, Qy))
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
@@ -166,7 +171,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
 def _about_varied_friction(setup: ProblemSetup) -> Iterator[str]:
     """Warn of friction that falls too fast, and of cycles that count as periodic before it has run in."""
     if setup.case.friction_varies and setup.model.has_shear:
-        from fretsolve.problem.friction.warnings import friction_warnings  # few cases need them
+        from fretsolve.problem.friction.weakening import friction_warnings  # few cases need them
 
         stages, compliance = setup.load_path.stages, setup.model.compliances.tangential
         yield from friction_warnings(setup.case.friction, stages, setup.closed_forms.largest, compliance)

@@ -17,8 +17,20 @@ from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, PAIRS
-from fretsolve.result.cycles.loop import Measure, area, ends_of_loop, half_width, range_error, reversal_stiffness
-from fretsolve.result.cycles.steps import CycleSteps, History, change_within, cycles_in, distance_to_limit, stages_of
+from fretsolve.result.cycles.loops import (
+    CycleSteps,
+    History,
+    Measure,
+    area,
+    change_within,
+    cycles_in,
+    distance_to_limit,
+    ends_of_loop,
+    half_width,
+    range_error,
+    reversal_stiffness,
+    stages_of,
+)
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.system.arrays import DoubleArray

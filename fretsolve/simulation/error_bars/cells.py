@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.problem.model.edges import Edge, edges, rounding
 from fretsolve.problem.model.required_terms import Model
+from fretsolve.problem.model.surface import Edge, edges, rounding
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State
 

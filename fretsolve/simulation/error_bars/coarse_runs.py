@@ -13,7 +13,7 @@ import numpy as np
 from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
 from fretsolve.problem.model.load_path import LoadPath
-from fretsolve.problem.setup.contact_size import COARSENED, coarse_points
+from fretsolve.problem.setup.picked_settings import COARSENED, coarse_points
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
 from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages

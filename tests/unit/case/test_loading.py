@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 from small_cases import case_error, write_case
 
-from fretsolve.case.keys.body_spec import ElasticBody
-from fretsolve.case.keys.surface_specs import ConeSurface, SphereSurface
+from fretsolve.case.keys.body_specs import ConeSurface, ElasticBody, SphereSurface
 from fretsolve.case.loading import load_case
 from fretsolve.errors import CaseError
 

@@ -14,10 +14,10 @@ import yaml
 from small_cases import write_case
 
 from fretsolve.case.history import BULK, HISTORY_DIMENSIONS, SPOTS
-from fretsolve.case.keys.body_spec import ElasticBody
-from fretsolve.case.keys.surface_specs import (
+from fretsolve.case.keys.body_specs import (
     ConeSurface,
     CylinderSurface,
+    ElasticBody,
     EllipsoidSurface,
     HeightsSurface,
     PunchSurface,

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipkm1, elliprd
 
-from fretsolve.reference.elliptic import complete_integral, growing_root, modulus
+from fretsolve.reference.hertz import complete_integral, growing_root, modulus
 
 
 @pytest.mark.parametrize("complement", [1e-150, 1e-20, 1e-6, 0.1, 0.5, 0.99, 1.0 - 1e-12, 1.0])

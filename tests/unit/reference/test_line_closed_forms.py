@@ -8,7 +8,7 @@ from line_cases import CATTANEO, FRICTION, HERTZ, MATERIAL, PUNCH
 from scipy.integrate import quad
 
 from fretsolve.problem.model.increment_grading import LINE
-from fretsolve.reference.line import HertzLine, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.hertz import HertzLine, RoundedPunch, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 
 

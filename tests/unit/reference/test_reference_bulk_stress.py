@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 from solving import FRICTION, HERTZ, MATERIAL, A
 
-from fretsolve.reference.line import HertzLine
+from fretsolve.reference.hertz import HertzLine
 from fretsolve.reference.line_slip import LinePartialSlip, line_stick_ratio_under_bulk_alone
 from fretsolve.reference.tangential import SphereUnderBulk
 

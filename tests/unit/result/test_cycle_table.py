@@ -11,13 +11,14 @@ from line_cases import line_case
 
 from fretsolve.case.models import Case
 from fretsolve.post.export.report_tables import cycle_columns
-from fretsolve.result.cycles.loop import range_error, reversal_stiffness
-from fretsolve.result.cycles.steps import (
+from fretsolve.result.cycles.loops import (
     CHANGE_COLUMNS,
     MOST_CHANGES,
     CycleSteps,
     cycles_in,
     distance_to_limit,
+    range_error,
+    reversal_stiffness,
     stages_of,
 )
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, cycle_table

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.result.cycles.loop import area, ends_of_loop, half_width, reversal_stiffness
+from fretsolve.result.cycles.loops import area, ends_of_loop, half_width, reversal_stiffness
 
 STIFF, LIMIT, END = 50.0, 10.0, 1.0
 """Slope (N/mm) and friction force (N) of a slider on a spring that is moved between -END and END (mm)."""

@@ -10,7 +10,7 @@ import yaml
 from command_line import invoke
 from small_cases import CASE, SIMILAR, SPHERE, case_error, write_case
 
-from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.case.loading import load_case
 from fretsolve.case.schema import case_schema
 from fretsolve.reference.materials import LIBRARY, every_name, material_named

@@ -8,7 +8,7 @@ import pytest
 from line_cases import line_case
 from solving import build
 
-from fretsolve.cli.commands.messages.case_summary import (
+from fretsolve.cli.case_summary import (
     MOST_STAGES_LISTED,
     accuracy_lines,
     grid_line,

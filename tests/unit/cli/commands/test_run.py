@@ -15,7 +15,7 @@ from command_line import finish, invoke, python, refused, saved_steps
 from small_cases import CASE, write_case
 
 from fretsolve import load_case, open_result
-from fretsolve.cli.commands.messages.run_messages import COMPILING
+from fretsolve.cli.run_messages import COMPILING
 from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.result.layout import HISTORY
 from fretsolve.result.parts import parts_folder

@@ -21,8 +21,7 @@ from fretsolve.post.export.remarks import rows_of_wear, wear_totals
 from fretsolve.post.export.selection import rows_of_stick_zones
 from fretsolve.post.export.tables import require_wear, write_heights
 from fretsolve.post.stress.tractions import cycle_ends, cycle_stages, last_cycle
-from fretsolve.problem.setup.wear_warnings import warning_of_slip
-from fretsolve.problem.setup.worn_volume import error_by_grid
+from fretsolve.problem.setup.wear_warnings import error_by_grid, warning_of_slip
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.simulation.problem_setup import set_up
@@ -293,7 +292,7 @@ def test_slip_of_a_line_contact_is_that_of_its_energy(tmp_path: Path) -> None:
 
 
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
-    from fretsolve.cli.commands.messages.run_messages import TextMessages
+    from fretsolve.cli.run_messages import TextMessages
     from fretsolve.problem.setup.cost_estimate import expected_increments
 
     setup = set_up(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))

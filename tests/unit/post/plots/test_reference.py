@@ -12,7 +12,7 @@ from line_cases import HERTZ as LINE_HERTZ
 
 from fretsolve.post.plots.reference import hertz_pressure, shear_form, slip_form, stick_form
 from fretsolve.problem.model.materials import compliances
-from fretsolve.reference.line import pressed_stick_ratio
+from fretsolve.reference.hertz import pressed_stick_ratio
 from fretsolve.result import Result
 
 

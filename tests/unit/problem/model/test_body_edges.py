@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from solving import build
 
-from fretsolve.case.keys.surface_specs import PunchSurface
-from fretsolve.problem.model.edges import PEAK, Edge, edges, flat_part, rounding
+from fretsolve.case.keys.body_specs import PunchSurface
+from fretsolve.problem.model.surface import PEAK, Edge, edges, flat_part, rounding
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.simulation.problem_setup import set_up

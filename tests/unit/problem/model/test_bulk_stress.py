@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from solving import LOAD, build
 
-from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.materials import BulkResponse, mismatch_displacement, surface_strain
 from fretsolve.problem.model.required_terms import derive_model

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from fretsolve.case.keys.surface_specs import HeightsSurface
+from fretsolve.case.keys.body_specs import HeightsSurface
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.model.grid import cell_centers
 from fretsolve.problem.model.height_map import HeightMap, height_map_separation, load_height_map

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretsolve.case.keys.body_spec import ElasticBody
+from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.problem.model.materials import Compliances, compliances
 
 

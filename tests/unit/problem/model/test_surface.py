@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretsolve.case.keys.surface_specs import (
+from fretsolve.case.keys.body_specs import (
     ConeSurface,
     CylinderSurface,
     EllipsoidSurface,

@@ -11,7 +11,7 @@ from small_cases import write_case
 from solving import DISSIMILAR, build
 
 from fretsolve.case.loading import load_case
-from fretsolve.problem.setup.accuracy import refinement
+from fretsolve.problem.setup.picked_settings import refinement
 from fretsolve.result import open_result
 from fretsolve.result.verdict import verdict
 from fretsolve.simulation.problem_setup import set_up

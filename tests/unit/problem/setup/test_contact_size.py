@@ -8,7 +8,7 @@ from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.problem.setup.contact_size import AREA_MARGIN, COARSENED, room_for_coarse_runs
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN, COARSENED, room_for_coarse_runs
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
 from fretsolve.simulation.contact_search import contact_size
 from fretsolve.simulation.error_bars.coarse_runs import coarser

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from solving import DISSIMILAR, build
 
-from fretsolve.cli.commands.messages.case_summary import mirror_lines
+from fretsolve.cli.case_summary import mirror_lines
 from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.simulation.problem_setup import set_up
 

@@ -8,7 +8,7 @@ import pytest
 from line_cases import line_case
 from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, A, build
 
-from fretsolve.cli.commands.messages.case_summary import wear_lines
+from fretsolve.cli.case_summary import wear_lines
 from fretsolve.errors import CaseError
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.problem.setup.wear_forms import worn_cycles, worn_radius

@@ -9,7 +9,7 @@ import pytest
 
 from fretsolve import run
 from fretsolve.case.models import Case
-from fretsolve.problem.setup.worn_volume import SPREAD, error_by_stick_cells, expected_error
+from fretsolve.problem.setup.wear_warnings import SPREAD, error_by_stick_cells, expected_error
 from fretsolve.reference.worn_contact import WornLimit, worn_limit_at_displacement, worn_limit_at_force
 
 RADIUS, MODULUS, A0, FRICTION, ALPHA = 10.0, 1e5, 0.3, 0.2, 1e-7

@@ -20,7 +20,7 @@ from studying import BRIEF, EVERY, EXPECT, plan_of
 
 import fretsolve.cli.commands.study as command
 from fretsolve import open_result
-from fretsolve.cli.commands.messages.case_messages import CaseMessages
+from fretsolve.cli.case_messages import CaseMessages
 from fretsolve.sweep.case_run import run_serially
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
 from fretsolve.case.history import SPOTS
-from fretsolve.cli.commands.messages.case_summary import (
+from fretsolve.cli.case_summary import (
     accuracy_lines,
     grid_line,
     model_lines,
@@ -97,7 +97,7 @@ class QuietMessages:
                 self.warn(str(text))
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
             from fretsolve.post.export.remarks import warning_of_wear
-            from fretsolve.problem.setup.worn_volume import warning_of_the_grid  # few cases have wear
+            from fretsolve.problem.setup.wear_warnings import warning_of_the_grid  # few cases have wear
 
             known = {one for one in jumps if one is not None}
             errors = warning_of_wear(result, known), warning_of_the_grid(result, known)
