@@ -73,14 +73,11 @@ SMALLER_UNITS = {
 }
 """Units of a result, each with those that are 1000 and 1e6 times smaller."""
 
-LEAST_SHOWN = 0.1
-"""A unit is used if the largest value is at least this much of it."""
-
 
 def smaller_unit(unit: str, largest: float) -> tuple[str, float]:
-    """Return the unit in which `largest`, a size in `unit`, has few zeros, and the factor that converts to it."""
+    """Return the unit of which `largest`, a size in `unit`, is at least a tenth, and the factor that converts to it."""
     units = SMALLER_UNITS.get(unit, (unit,))
-    chosen = next((k for k in range(len(units)) if largest * 1e3**k >= LEAST_SHOWN), len(units) - 1 if largest else 0)
+    chosen = next((k for k in range(len(units)) if largest * 1e3**k >= 0.1), len(units) - 1 if largest else 0)
     return units[chosen], 1e3**chosen
 
 

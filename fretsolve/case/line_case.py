@@ -179,7 +179,6 @@ class LineGridSpec(GridSpec):
 
 LineForce = Annotated[float, InUnits(LINE_FORCE)]
 LineMoment = Annotated[float, InUnits(LINE_MOMENT)]
-LINE_PAIRS = tuple(pair for pair in PAIRS if pair[0] not in ("Mx", "Mz"))
 
 
 class LineBulkStress(_LineModel, BulkStress):
@@ -196,7 +195,10 @@ class LineStageSpec(_LineModel, StageSpec):
     """A stage of a line contact: the totals to which it moves the load components that it names."""
 
     model_config = ConfigDict(
-        json_schema_extra={"minProperties": 1, "allOf": [{"not": {"required": list(pair)}} for pair in LINE_PAIRS[:2]]}
+        json_schema_extra={
+            "minProperties": 1,
+            "allOf": [{"not": {"required": list(pair)}} for pair in (PAIRS[0], PAIRS[2])],
+        }
     )
     refused_keys: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(("Mx", "phi_x"), "a line contact is the same all along y; My or phi_y tilts it about y"),

@@ -40,9 +40,6 @@ from fretsolve.case.quantities import refused
 from fretsolve.case.source import CaseSource, Place
 from fretsolve.errors import KeyPath
 
-FEWEST_ERROR_BAR_POINTS = 16
-"""Fewest points per side with error bars, since the coarse runs have half of them."""
-
 
 class GridSpec(CaseModel):
     """The potential contact area and its cells."""
@@ -60,10 +57,11 @@ class GridSpec(CaseModel):
 
 def too_few_points(sides: Sequence[int], what: str = "error bars") -> str | None:
     """Return the message that so few points per side have no error bars, None if they have."""
-    if min(sides) >= FEWEST_ERROR_BAR_POINTS:
+    fewest = 16  # since the coarse runs have half of them
+    if min(sides) >= fewest:
         return None
     few = " x ".join(map(str, sides))
-    return f"{few} are too few for {what}; {FEWEST_ERROR_BAR_POINTS} or more per side are needed"
+    return f"{few} are too few for {what}; {fewest} or more per side are needed"
 
 
 class Case(CaseModel):

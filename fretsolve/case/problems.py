@@ -16,9 +16,6 @@ from fretsolve.case.quantities import UNIT_NOTE, shown
 from fretsolve.case.source import CaseSource
 from fretsolve.errors import CaseError, KeyPath, dotted
 
-_DEEPEST = 3
-"""Parts of the places at which a key is looked for."""
-
 
 class CaseErrors(CaseError):  # noqa: N818 - a plural
     """Several problems of one case file, one line each."""
@@ -70,7 +67,7 @@ def _place(name: str, schema: Mapping[str, Any]) -> str | None:
         keys = reader.keys(place)
         if name in keys:
             return dotted(typed_key([{"cycle": {}} if "cycle" in place else {}], (*place, name)))
-        if len(place) < _DEEPEST:
+        if len(place) < 3:  # deeper places have too many keys
             lists = any("items" in node or "prefixItems" in node for node in reader.nodes(place))
             places += [(*place, key) for key in keys] + ([(*place, 0)] if lists else [])
     return None

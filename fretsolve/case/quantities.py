@@ -76,7 +76,6 @@ _UNIT = rf"{_PART}(?:(?:\s*[*/·.]\s*|\s+){_PART})*"
 _QUANTITY = re.compile(rf"^\s*(?:({_NUMBER})\s*)?({_UNIT})?\s*$")
 TEXT_PATTERN = r"^\s*[+-]?\.?[0-9][^,]*$"
 """For the JSON Schema, coarser than what is read: a number, then perhaps its unit."""
-_LONGEST = 100
 
 UNIT_NOTE = "; a bare number is in "
 """In the JSON Schema, between a key's description and its unit."""
@@ -202,7 +201,7 @@ def _parts(value: object) -> tuple[float | None, str]:
     """Return the number and the unit of a value, each of which may be missing; neither for anything else."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
-    match = _QUANTITY.match(value) if isinstance(value, str) and len(value) <= _LONGEST else None
+    match = _QUANTITY.match(value) if isinstance(value, str) and len(value) <= 100 else None
     return (float(match[1]) if match[1] else None, match[2] or "") if match is not None else (None, "")
 
 

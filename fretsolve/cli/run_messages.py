@@ -34,9 +34,6 @@ from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
 from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
-MOST_STAGES_IN_TABLE = 30
-"""A run with more stages prints no table; `fretsolve show` does."""
-
 COMPILING = "compiling kernels, which takes up to 30 s the first time"
 
 
@@ -199,7 +196,7 @@ class TextMessages(QuietMessages):
         print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
-        if result.increments and result.history["stage"][-1] <= MOST_STAGES_IN_TABLE:
+        if result.increments and result.history["stage"][-1] <= 30:  # of more `fretsolve show` prints one
             from fretsolve.post.export.text_report import print_report  # loads rich
 
             print_report(result, heading=False)

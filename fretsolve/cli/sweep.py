@@ -21,8 +21,6 @@ from fretsolve.cli.command_line import (
 from fretsolve.post.plots import Sheet
 from fretsolve.system.signals import StopRequest
 
-MOST_JOBS = 1024
-
 
 @click.group()
 def sweep() -> None:
@@ -60,9 +58,7 @@ _FOLDER = click.argument("folder", type=FILE, metavar="DIR")
 @sweep.command("run")
 @click.argument("file", type=FILE, metavar="SWEEP")
 @output_option("The folder of manifest and results; by default SWEEP with .sweep.", "DIR")
-@click.option(
-    "-j", "--jobs", type=WholeNumber(1, MOST_JOBS), metavar="N", help="Cases at a time; by default one per core."
-)
+@click.option("-j", "--jobs", type=WholeNumber(1, 1024), metavar="N", help="Cases at a time; by default one per core.")
 @click.option(
     "--on",
     "engine",

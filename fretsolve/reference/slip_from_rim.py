@@ -20,14 +20,8 @@ import numpy as np
 
 from fretsolve.system.arrays import DoubleArray
 
-NODES = 300
-"""Nodes of the quadratures over x and r, between one step of b and the next."""
-
-RADII, STEP = 2001, 0.01
-"""Radii among which steps are sought, and the least one over the largest b."""
-
-CELLS_TRIED = 400
-"""Radii at which bh is required to fall."""
+STEP = 0.01
+"""Least step of b over the largest b."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +46,12 @@ class RimFrictionLimit:
     @cached_property
     def slips_from_rim(self) -> bool:
         """True if bh falls, so that the slip zone grows from the rim inwards and these formulas hold."""
-        values = self.transform(np.linspace(0.0, self.contact_radius, CELLS_TRIED))
+        values = self.transform(np.linspace(0.0, self.contact_radius, 400))
         return bool((np.diff(values) < 1e-9 * values.max()).all())
 
     def transform(self, x: DoubleArray) -> DoubleArray:
         """Return bh (N/mm) at `x` (n,): with r^2 = x^2 + s^2 it is twice the integral of b over s."""
-        nodes, weights = _nodes(NODES)
+        nodes, weights = _nodes()
         total, start = np.zeros_like(x), np.zeros_like(x)
         for end in (*self._steps, self.contact_radius):
             stop = np.sqrt(np.maximum(end**2 - x**2, 0.0))
@@ -88,7 +82,7 @@ class RimFrictionLimit:
 
     def points(self, c: float) -> tuple[DoubleArray, DoubleArray]:
         """Return nodes and weights of a quadrature from c to a."""
-        nodes, weights = _nodes(NODES)
+        nodes, weights = _nodes()
         ends = np.array([c, *(step for step in self._steps if step > c), self.contact_radius])
         half = 0.5 * np.diff(ends)[:, None]
         return (ends[:-1, None] + half * (nodes + 1.0)).ravel(), (half * weights).ravel()
@@ -96,7 +90,7 @@ class RimFrictionLimit:
     @cached_property
     def _steps(self) -> tuple[float, ...]:
         """The radii at which b steps."""
-        r = np.linspace(0.0, self.contact_radius, RADII)
+        r = np.linspace(0.0, self.contact_radius, 2001)
         values = self.limit(r)
         least = STEP * float(np.abs(values).max())
         steps = []
@@ -157,5 +151,6 @@ class RimSlip:
 
 
 @cache
-def _nodes(count: int) -> tuple[DoubleArray, DoubleArray]:
-    return np.polynomial.legendre.leggauss(count)
+def _nodes() -> tuple[DoubleArray, DoubleArray]:
+    """Return nodes and weights of the quadratures over x and r, between one step of b and the next."""
+    return np.polynomial.legendre.leggauss(300)

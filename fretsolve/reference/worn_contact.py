@@ -22,9 +22,6 @@ import numpy as np
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.system.arrays import DoubleArray
 
-NODES = 120
-"""Nodes of Gauss's rule for the volume."""
-
 
 @dataclass(frozen=True)
 class WornLimit:
@@ -58,7 +55,7 @@ class WornLimit:
     @cached_property
     def volume(self) -> float:
         """The worn volume V (mm^3), the integral of h - r^2/2R over the scar."""
-        nodes, weights = np.polynomial.legendre.leggauss(NODES)
+        nodes, weights = np.polynomial.legendre.leggauss(120)
         u = 0.5 * self._rim * (nodes + 1.0)
         return math.pi * self._rim * self.stick_radius**2 * float(np.sum(weights * u * self._depth(u)))
 

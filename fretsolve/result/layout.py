@@ -21,11 +21,6 @@ FORMAT_VERSION = 1
 FIELD_FILTERS: dict[str, Any] = {"shuffle": True, "compression": "gzip", "compression_opts": 1}
 """zlib compares a checksum on reading. HDF5's own checksum besides would take 1 % of an increment."""
 
-CHUNK_BYTES = 2**20
-
-SHORT_COLUMN = 4096
-"""Bytes up to which a column is not compressed: a block and its index would take more space than they save."""
-
 
 def described(units: str, long_name: str) -> dict[str, Any]:
     """Return the attributes that every dataset has; units in UDUNITS spelling."""
@@ -205,7 +200,7 @@ def stored_fields(selected: Iterable[str], single: bool = False) -> tuple[FieldQ
 
 def chunk_shape(nx: int, ny: int) -> tuple[int, int]:
     """Return the cells of one chunk of a field of ``(nx, ny)`` cells: whole rows, of about a megabyte."""
-    chunks = -(-nx // max(1, CHUNK_BYTES // (8 * ny)))
+    chunks = -(-nx // max(1, 2**20 // (8 * ny)))
     return -(-nx // chunks), ny
 
 
@@ -218,7 +213,8 @@ def create_field(group: Any, quantity: FieldQuantity, steps: int, shape: tuple[i
 def create_column(group: Any, quantity: Quantity, values: Any, scale: Any = None) -> Any:
     """Store a column of numbers with units, meaning and the `scale` of its axis; without one it is itself a scale."""
     data = np.asarray(values, quantity.dtype)
-    stored = {"chunks": data.shape, **FIELD_FILTERS} if data.nbytes > SHORT_COLUMN else {}
+    # Of a short column a block and its index would take more space than compression saves.
+    stored = {"chunks": data.shape, **FIELD_FILTERS} if data.nbytes > 4096 else {}
     column = group.create_dataset(quantity.name, data=data, **stored)
     column.attrs.update(quantity.attributes)
     if scale is None:

@@ -23,9 +23,6 @@ if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock n
     from filelock import BaseFileLock
 
 LOCK_NAME, HOLDER_NAME = "lock", "holder"
-LOCK_ATTEMPTS = 3
-WAIT, POLL = 0.2, 0.02
-"""Seconds to wait in an attempt: a reader that asks whether a run goes on holds the lock for some microseconds."""
 
 WITHOUT_LOCK = "the file system has no locks, so nothing keeps a second run from writing this result"
 
@@ -51,13 +48,14 @@ class RunLock:
         from filelock import FileLock, Timeout  # on demand, as above
 
         _require_own(folder)
-        lock, note = FileLock(folder / LOCK_NAME, timeout=WAIT, thread_local=False), ""
-        for _ in range(LOCK_ATTEMPTS):
+        # A reader that asks whether a run goes on holds the lock for some microseconds.
+        lock, note = FileLock(folder / LOCK_NAME, timeout=0.2, thread_local=False), ""
+        for _ in range(3):
             atomic_files.add_folder(folder, durable=False)  # until something is saved in it
             _require_own(folder)
             try:
                 with warnings.catch_warnings(action="ignore"):  # without flock filelock takes the file itself as lock
-                    lock.acquire(poll_interval=POLL)
+                    lock.acquire(poll_interval=0.02)
             except FileNotFoundError:  # a run that ended just now has removed the folder
                 continue
             except Timeout:

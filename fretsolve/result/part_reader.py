@@ -43,10 +43,6 @@ _DAMAGE = (
 RUN = "run"
 """Attribute of a part with the digest of its run."""
 
-MOST_SMALL_BYTES, USUAL_RATIO = 2**28, 32
-"""Bytes of the history or an axis that a small file may hold, and bytes of numbers for a stored byte beyond that.
-Histories of runs compress to a third."""
-
 
 class PartReader(AbstractContextManager["PartReader"]):
     """An open part or result file. Raises FileError if it is damaged.
@@ -169,7 +165,8 @@ def _read_column(dataset: Any, kinds: str = "iuf") -> NDArray[Any]:
     """Return a column of numbers. Raises ValueError if it is none, or if the file has but a small part of it."""
     name = dataset.name.lstrip("/")
     require(dataset.ndim == 1 and dataset.dtype.kind in kinds, name, "numbers, one per increment")
-    if dataset.nbytes > max(MOST_SMALL_BYTES, USUAL_RATIO * dataset.id.get_storage_size()):
+    # Histories of runs compress to a third. A small file may hold more, which memory has room for.
+    if dataset.nbytes > max(2**28, 32 * dataset.id.get_storage_size()):
         raise ValueError(f"{name} would take {dataset.nbytes} bytes, far more than there are in the file")
     return np.asarray(dataset[:])
 

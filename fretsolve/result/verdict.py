@@ -25,7 +25,7 @@ LEAST_MOTION_SCALE = 1e-3
 energy over P times the approach."""
 
 ROUNDING = 1e-9
-"""Largest size of a load or displacement that is 0 but for rounding, over the load or displacement that presses."""
+"""Largest size of a load or displacement that is 0 but for rounding, over the scale that it is measured against."""
 
 UNSEEN_ENERGY = 1e-11
 """Error bar over P times the contact radius from which on a dissipated energy of 0 is one that no cell shows."""
@@ -44,16 +44,16 @@ JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius",
 """The columns of the history that an accuracy is about."""
 
 
-POINTS_ORDER, INCREMENTS_ORDER, MOST_REFINED = 1.4, 1.0, 4.0
-"""Orders by which error bars fall with the points per side and the increments, and the most times as many that may do
-where so many are needed. Of more nothing is said but that."""
+POINTS_ORDER, MOST_REFINED = 1.4, 4.0
+"""Order by which error bars fall with the points per side, and the most times as many points or increments that are
+advised. Of more it is only said that they are needed."""
 
 INCREMENTS_SHARE = 0.5
 """Correction over the bar of a corrected value from which more increments are advised, rather than points: 0.7 times
 the correction is a part of that bar."""
 
-MULTIPLE = 6
-"""Points that are advised are a multiple of it, so that the coarse runs have a half and a third of them."""
+POINTS_DIVISOR = 6
+"""Points that are picked or advised are a multiple of it, so that the coarse runs have a half and a third of them."""
 
 
 @dataclass(frozen=True)
@@ -162,15 +162,16 @@ def _with_advice(
     if missed.corrected:
         correction = abs(float(history[missed.quantity + CORRECTED_SUFFIX][step] - history[missed.quantity][step]))
         if correction > INCREMENTS_SHARE * missed.worst * scale:
-            more = factor ** (1.0 / INCREMENTS_ORDER)
-            if more > MOST_REFINED:
+            if factor > MOST_REFINED:  # error bars fall with the first power of the increments
                 return replace(missed, far=f"increments of stage {missed.stage}")
             count = int(np.count_nonzero(history["stage"] == missed.stage))
-            return replace(missed, advice=f"stage.{missed.stage}.increments={max(math.ceil(count * more), count + 1)}")
+            return replace(
+                missed, advice=f"stage.{missed.stage}.increments={max(math.ceil(count * factor), count + 1)}"
+            )
     finer = factor ** (1.0 / POINTS_ORDER)
     if finer > MOST_REFINED:
         return replace(missed, far="points")
-    sides = [str(MULTIPLE * math.ceil(finer * side / MULTIPLE)) for side in points]
+    sides = [str(POINTS_DIVISOR * math.ceil(finer * side / POINTS_DIVISOR)) for side in points]
     if len(sides) == 1:
         return replace(missed, advice=f"grid.points={sides[0]}")
     return replace(missed, advice=f"grid.points=[{','.join(sides)}]" if sides else "")

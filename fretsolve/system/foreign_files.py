@@ -39,9 +39,6 @@ NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
 PICTURE_MARK = "drawn by fretsolve"
 """In the metadata of every picture, by which one is known before it is replaced."""
 
-LARGEST_MARKED = 2**28
-"""Bytes of a picture or table that is looked through before it is replaced."""
-
 _TRIAL = """
 import sys
 file, seconds, most_nodes, *sys.path = sys.argv[1:]
@@ -111,7 +108,7 @@ def require_own(path: Path, mark: bytes, what: str) -> None:
     """Raise FileError if there is a file at `path` without `mark`, which is in every `what` that fretsolve writes."""
     own = path.is_dir() or not os.path.lexists(path)  # no file takes the place of a folder
     with suppress(FileError), reported("cannot be read", path):
-        own = own or mark in read_bytes(path, LARGEST_MARKED)
+        own = own or mark in read_bytes(path, 2**28)
     if not own:
         message = f"is not {what} of fretsolve, so it is not replaced: move it away, or give another name with -o"
         raise FileError(message, path)

@@ -15,8 +15,6 @@ from fretsolve.errors import printable
 if TYPE_CHECKING:  # rich takes 0.1 s to load, and output that is not a terminal has no bar
     from rich.progress import Progress
 
-REFRESHES_PER_SECOND = 4.0
-
 
 def progress_bar(*texts: str, counted: bool = False) -> Progress:
     """Return a bar of rich that vanishes at its end; start and stop it by a `with` block.
@@ -30,7 +28,7 @@ def progress_bar(*texts: str, counted: bool = False) -> Progress:
     count = [MofNCompleteColumn()] if counted else []
     columns = (before, BarColumn(), *count, *behind, TimeRemainingColumn())
     console = Console(file=unescaped_output())
-    return Progress(*columns, console=console, transient=True, refresh_per_second=REFRESHES_PER_SECOND)
+    return Progress(*columns, console=console, transient=True, refresh_per_second=4.0)
 
 
 @contextmanager

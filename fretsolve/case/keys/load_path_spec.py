@@ -13,11 +13,9 @@ from fretsolve.case.dimensions import ANGLE, CYCLE_COUNT, FORCE, MOMENT, NUMBER,
 from fretsolve.case.history import BULK, PAIRS
 from fretsolve.case.quantities import InUnits, refused
 
-MOST_CYCLES, LOOP_TOLERANCE = 20, 0.01
-"""Of a cycle that runs until it is periodic, by default: the most cycles, and the distance to their limit."""
-
-JUMP_TOLERANCE = 0.01
-"""Error of the worn volume by the jumps of a cycle that stands for others, by default."""
+MOST_CYCLES, CYCLE_TOLERANCE = 20, 0.01
+"""By default: the most cycles of one that runs until it is periodic, and the tolerance of a cycle: the distance to the
+limit, or the error of the worn volume by the jumps of a cycle that stands for others."""
 
 Force = Annotated[float, InUnits(FORCE)]
 Moment = Annotated[float, InUnits(MOMENT)]
@@ -34,7 +32,7 @@ class WearJumps:
 
     represents: float
     jump: float | None = None
-    tolerance: float = 0.01
+    tolerance: float = CYCLE_TOLERANCE
     max_depth: float | None = None
 
 
@@ -176,7 +174,7 @@ class Repetition(CaseModel):
         if self.represents is None:
             return None
         jump = self.jump if isinstance(self.jump, float) else None
-        return WearJumps(self.represents, jump, self.tolerance or JUMP_TOLERANCE, self.max_depth)
+        return WearJumps(self.represents, jump, self.tolerance or CYCLE_TOLERANCE, self.max_depth)
 
     @property
     def most(self) -> int:
@@ -187,9 +185,9 @@ class Repetition(CaseModel):
     @classmethod
     def _defaults_of_until(cls, value: Any) -> Any:
         if isinstance(value, dict) and value.get("until") == "periodic":
-            return {"at_most": MOST_CYCLES, "tolerance": LOOP_TOLERANCE, **value}
+            return {"at_most": MOST_CYCLES, "tolerance": CYCLE_TOLERANCE, **value}
         if isinstance(value, dict) and "represents" in value:
-            return {"jump": "auto", "tolerance": JUMP_TOLERANCE, **value}
+            return {"jump": "auto", "tolerance": CYCLE_TOLERANCE, **value}
         return value
 
     @model_validator(mode="after")

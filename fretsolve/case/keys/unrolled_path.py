@@ -21,10 +21,6 @@ MOST_SOLVED_CYCLES, CYCLES_TO_SETTLE = 1000, 20
 """Most solved cycles that stand for others where they choose their jumps, and how many more there may be where their
 jump is given, as the first ones must become periodic."""
 
-LEAST_RESERVE, RESERVE = 100, 4_000
-"""Where a path has many such cycles, or repeats them in blocks: the solved cycles that there may be in each at least,
-and in all together."""
-
 MANY_CYCLES = "each cycle is solved, but with wear a few can stand for many: represents in place of times"
 """Advice on a cycle that is repeated very often."""
 
@@ -202,8 +198,11 @@ def _count(steps: Any, reserve: int) -> int:
 
 
 def _reserve(load_path: Any) -> int:
-    """Return the most solved cycles of each cycle that stands for others and chooses its jumps."""
-    return min(MOST_SOLVED_CYCLES, max(LEAST_RESERVE, RESERVE // max(1, _wearing(load_path))))
+    """Return the most solved cycles of each cycle that stands for others and chooses its jumps.
+
+    Where a path has many of them, or repeats them in blocks: 4000 in all together, at least 100 in each.
+    """
+    return min(MOST_SOLVED_CYCLES, max(100, 4_000 // max(1, _wearing(load_path))))
 
 
 def _wearing(steps: Any) -> int:

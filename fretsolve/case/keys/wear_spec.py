@@ -18,9 +18,6 @@ from fretsolve.errors import KeyPath
 COEFFICIENTS = {"energy": "alpha", "archard": "k"}
 """The coefficient of each law."""
 
-LEAST_CHANGE = 1e-9
-"""Difference of the loads at both ends of a cycle, over the larger one, that counts as none."""
-
 Share = Annotated[float, InUnits(NUMBER, least=0, most=1)]
 
 
@@ -148,7 +145,7 @@ def _open_cycles(
         for name, end in after.items():
             free = 0.0 if name.startswith("bulk_") else friction if name == "friction" else None
             begin = before.get(name, free)
-            if begin is None or not math.isclose(begin, end, rel_tol=LEAST_CHANGE, abs_tol=0.0):
+            if begin is None or not math.isclose(begin, end, rel_tol=1e-9):
                 unit = f" {dimensions[name].unit}" if name in dimensions else ""
                 advice = f"a stage {{{_as_written(name, f'{end:g}{unit}')}}} before it would do"
                 if name == "P" and end == 0.0:  # a cycle that begins so is refused, too

@@ -23,10 +23,6 @@ from fretsolve.system import atomic_files
 from fretsolve.system.files import require_ending, require_free, require_other, require_utf8, writing
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
-PAUSE = 0.1
-"""Seconds for which increments may stay unsaved. On 32 x 32 points saving one takes as long as solving it, so all that
-end in this time are saved at once."""
-
 RESULT_ENDINGS = (".h5", ".hdf5")
 
 AT_END = "the result is whole: with more room --resume writes what output.{} asks for"
@@ -57,7 +53,8 @@ def run_case(
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
     require_own_side_outputs(setup, out, header, resume=resume, overwrite=overwrite)
-    with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=PAUSE) as writer:
+    # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
+    with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=0.1) as writer:
         if quiet or log_json:
             messages = (QuietMessages if quiet else JsonMessages)(setup, out, threads, resume=resume)
         else:

@@ -34,9 +34,6 @@ from fretsolve.system.files import require_free
 from fretsolve.system.progress import print_error_line
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
-MOST_REASONS = 20
-"""Lines on cases that have no result or no solution."""
-
 
 def run_sweep(
     sweep: Path, out: Path | None, jobs: int | None, engine: str, stop: StopRequest, *, dry: bool = False, quiet: bool
@@ -124,11 +121,12 @@ def status(folder: Path) -> int:
     found = list(states(manifest))
     print(printable(f"{manifest.title}: {counted(found)}"))
     ended = [one for name in ("error", "no solution") for one in found if one.status == name]
-    for one in ended[:MOST_REASONS]:
+    most = 20
+    for one in ended[:most]:
         reason = f"{one.row.words}: {one.status} (exit code {one.exit_code}): {one.reason}"
         print(f"{one.row.index}: {printable(reason)}")
-    if len(ended) > MOST_REASONS:
-        print(f"and {len(ended) - MOST_REASONS} more such cases; sweep collect has the reasons of all")
+    if len(ended) > most:
+        print(f"and {len(ended) - most} more such cases; sweep collect has the reasons of all")
     left = [one.row.index for one in found if not one.has_result and one.status != "running"]
     if left:
         print(f"missing: --array={index_list(left)}")

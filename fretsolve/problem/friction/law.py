@@ -33,7 +33,7 @@ POINTS_IN_A_CELL = 8
 SCALES = np.concatenate([[0.0], np.geomspace(1e-6, 1e3, 181)])
 """Distances (mm) from the middle at which a formula is tried for its largest value."""
 
-LARGEST_ESTIMATE, USUAL = 10.0, 0.3
+LARGEST_ESTIMATE = 10.0
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class FrictionField:
         values = self.at(both, both)
         found = float(np.max(values, where=np.isfinite(values), initial=0.0))
         if found == 0.0 and self.formula is not None and self.formula.varies:
-            return USUAL  # it may have friction in places so small that none was tried
+            return 0.3  # a usual one, as it may have friction in places so small that none was tried
         return min(found, LARGEST_ESTIMATE)
 
 
@@ -167,11 +167,6 @@ def _as_heights(spec: FrictionSpec, line: bool) -> HeightsSurface:
     )
 
 
-ANGLES, RADII, NODES, LINE_POINTS = 32, 64, 400, 4000
-"""Places at which a formula must have one value all round; radii of the quadrature over an ellipse, and points of the
-quadrature over the width of a line contact, which are dense at its ends."""
-
-
 @dataclass(frozen=True)
 class FrictionOnContact:
     """The friction limit of a case on a contact. center: of the contact (mm); stage_coefficient: of a stage."""
@@ -217,17 +212,18 @@ class FrictionOnContact:
         """Return the force (N/mm) at which a line contact slips, int b dx; None unless the coefficient is known."""
         if not self.is_known:
             return None
-        turn = (np.arange(LINE_POINTS) + 0.5) * (math.pi / LINE_POINTS)
+        points = 4000  # dense at the ends of the contact
+        turn = (np.arange(points) + 0.5) * (math.pi / points)
         x = contact.half_width * np.cos(turn)
         limit = self.limit(x, np.zeros_like(x), contact.pressure(x))
-        return contact.half_width * math.pi / LINE_POINTS * float(np.sum(np.sin(turn) * limit))
+        return contact.half_width * math.pi / points * float(np.sum(np.sin(turn) * limit))
 
     def gross_slip_force(self, hertz: HertzContact) -> float | None:
         """Return the force (N) at which a contact slips, int b dA; None unless the coefficient is known."""
         if not self.is_known:
             return None
-        nodes, weights = np.polynomial.legendre.leggauss(NODES)
-        rho, turn = 0.5 * (nodes + 1.0), np.arange(4 * ANGLES) * (2.0 * math.pi / (4 * ANGLES))
+        nodes, weights = np.polynomial.legendre.leggauss(400)
+        rho, turn = 0.5 * (nodes + 1.0), np.arange(128) * (2.0 * math.pi / 128)
         a, b = hertz.semi_axes
         along, across = a * rho[:, None] * np.cos(turn), b * rho[:, None] * np.sin(turn)
         cosine, sine = math.cos(hertz.angle), math.sin(hertz.angle)
@@ -255,8 +251,8 @@ class FrictionOnContact:
         """Return whether the coefficient is a formula with one value all round, out to `radius` (mm)."""
         if self.case.friction.expression is None:
             return False
-        r = np.linspace(0.0, radius, RADII)[:, None]
-        turn = (np.arange(ANGLES) + 0.3) * (2.0 * math.pi / ANGLES)
+        r = np.linspace(0.0, radius, 64)[:, None]
+        turn = (np.arange(32) + 0.3) * (2.0 * math.pi / 32)
         values = self.coefficient(r * np.cos(turn), r * np.sin(turn))
         if not np.isfinite(values).all():
             return False

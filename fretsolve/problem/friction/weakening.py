@@ -29,8 +29,8 @@ from fretsolve.system.arrays import TINY, DoubleArray, FloatArray
 Tangential = Callable[[DoubleArray, DoubleArray], object]
 """Writes the displacement by a shear traction, both (2, nx, ny), to its second argument."""
 
-MOST_STEPS, CLOSE = 30, 1e-3
-"""Power steps, and the change at which the eigenvalue is known well enough."""
+CLOSE = 1e-3
+"""Change in a power step at which the eigenvalue is known well enough."""
 
 OF_PRESSURE, OF_PRESSURE_SQUARED = 1.300, 1.082
 """Eigenvalue over w0 a S/4 where the fall goes with Hertz's pressure and with its square, w0 in the middle; by
@@ -63,7 +63,7 @@ def largest_growth(fall: DoubleArray, tangential: Tangential) -> float:
     root = np.sqrt(fall)
     vector, found = root / max(float(np.linalg.norm(root)), TINY), 0.0
     shear, moved = np.zeros((2, *fall.shape)), np.zeros((2, *fall.shape))
-    for _ in range(MOST_STEPS):
+    for _ in range(30):
         shear[0] = root * vector
         tangential(shear, moved)
         image = root * moved[0]

@@ -42,8 +42,8 @@ from fretsolve.system.foreign_files import (
 NUMPY_SUFFIXES = (".npy", ".npz")
 TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".xyz")
 
-LARGEST_FILE, LARGEST_TEXT, LONGEST_LINE, MOST_HEIGHTS = 2**33, 2**30, 2**24, 2**26
-"""Bytes of a file and of one of text, characters of a line, and heights of a map: 8192 x 8192."""
+LONGEST_LINE, MOST_HEIGHTS = 2**24, 2**26
+"""Characters of a line, and heights of a map: 8192 x 8192."""
 
 MOST_BYTES = 16 * MOST_HEIGHTS
 """Bytes of the heights as they are stored."""
@@ -118,7 +118,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
     """
     file, suffix = source.file, source.file.suffix.lower()
     try:
-        require_regular(file, LARGEST_TEXT if suffix in TEXT_SUFFIXES else LARGEST_FILE)
+        require_regular(file, 2**30 if suffix in TEXT_SUFFIXES else 2**33)
         if suffix in HDF5_SUFFIXES:
             content = _read_hdf5(file, source.dataset, (*key, "dataset"))
         elif suffix in NUMPY_SUFFIXES:

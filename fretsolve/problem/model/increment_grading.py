@@ -32,15 +32,15 @@ EVEN = 0.05
 LEAST_RADIUS = 0.05
 """Contact radius, over the largest of the stage, up to which it grows in one increment: about the size of a cell."""
 
-END, NEAREST = 0.2, 0.003
-"""Edge motion added towards the end of a stage, as the logarithm of the share that is left, down to NEAREST. With 25
-increments of a growing load the last one is 1 % of it instead of 12 %."""
+NEAREST = 0.003
+"""Share that is left of a stage, down to which edge motion is added towards its end, as the logarithm of that share.
+With 25 increments of a growing load the last one is 1 % of it instead of 12 %."""
 
 UNKNOWN = 0.8
 """Edge motion of a stage without an estimate, spread evenly."""
 
 _EVENLY = EVEN * SHARES
-_TO_THE_END = END * (np.log((1.0 + NEAREST) / (1.0 - SHARES + NEAREST)) / np.log((1.0 + NEAREST) / NEAREST))
+_TO_THE_END = 0.2 * (np.log((1.0 + NEAREST) / (1.0 - SHARES + NEAREST)) / np.log((1.0 + NEAREST) / NEAREST))
 """Edge motion that every stage is given up to `SHARES`."""
 
 STRAIGHT = 1e-6

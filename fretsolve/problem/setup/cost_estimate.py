@@ -26,9 +26,6 @@ from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.system.environment import address_space
 
-PROCESS_BYTES = {True: 230e6, False: 170e6}
-"""Python with its libraries, and blocks of the transforms that stay in cache; with numba, and without it."""
-
 CELL_BYTES: dict[ModelPart, float] = {
     "normal problem": 115.0,
     "tangential problem": 110.0,
@@ -37,27 +34,14 @@ CELL_BYTES: dict[ModelPart, float] = {
     "slip and dissipated energy": 75.0,
 }
 """Of each part of the model: influence coefficients, padded spectra, work arrays of the solvers, states before and
-after an increment, buffers of the result file. Grids up to `LARGE_GRID` take SMALL_GRID times as much."""
+after an increment, buffers of the result file. """
 
-SMALL_GRID, SINGLE, COARSE_RUNS = 1.8, 0.75, 0.4
-"""Factors on the memory per cell: on grids where active regions and coarser grids are kept, and in single precision;
-and what the coarse runs of error bars take of memory and time, over those of the run."""
-
-OPERATOR_SECONDS = (0.1e-3, 0.033e-6)
-"""Seconds of an application of the elastic operator for any number of cells, and per cell; twice as much without numba.
-Mode I.3 takes as much within a factor of 2 on 32 x 32 to 2048 x 2048 points (`python benchmarks/bench_path.py`)."""
+SINGLE = 0.75
+"""Factor on the memory per cell in single precision."""
 
 APPLICATIONS = 20
 """Applications per increment in the tangential problem, and in the normal problem where the normal load changes; half
 as many in each where the pressure follows the shear."""
-
-CYCLES_PER_ROOT, CYCLES_PER_TOLERANCE, USUAL_CYCLES = 1.5, 0.1, 25
-"""Solved cycles that stand for others: times the root of the tolerance, where 0.1 to 1.7 were measured; times the
-tolerance between dissimilar bodies, where a jump's error falls with its first power only; and at least, where 13 to 38
-were measured at a tolerance of 1 %."""
-
-COMPRESSION = 0.35
-"""Size of the compressed fields over their size before, where the contact fills the grid."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +64,7 @@ class Estimate:
 def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     cells, single = math.prod(setup.grid.shape), setup.case.solver.precision == "single"
-    with_coarse = 1.0 + COARSE_RUNS * setup.case.solver.error_bars
+    with_coarse = 1.0 + 0.4 * setup.case.solver.error_bars  # of memory and time, over those of the run
     increments, pressed = _increments(setup)
     # Applications, and what else takes as long, of each part over the whole path.
     model, coupling = setup.model, setup.model.terms.normal_tangential_coupling
@@ -95,19 +79,22 @@ def estimate(setup: ProblemSetup) -> Estimate:
     counts["ux from qy, uy from qx"] = 0.45 * counts["tangential problem"]
     counts["slip and dissipated energy"] = 1.7 * increments
     solved, slowness = setup.share_of_cells, 1.0 if setup.compiled else 2.0
-    per_application = slowness * (OPERATOR_SECONDS[0] + OPERATOR_SECONDS[1] * solved * cells)
-    cell_factor = (SINGLE if single else 1.0) * (SMALL_GRID if cells <= LARGE_GRID else 1.0) * cells
+    # Mode I.3 takes as much within a factor of 2 on 32 x 32 to 2048 x 2048 points (`python benchmarks/bench_path.py`).
+    per_application = slowness * (0.1e-3 + 0.033e-6 * solved * cells)
+    kept_regions = 1.8 if cells <= LARGE_GRID else 1.0  # active regions that are kept
+    cell_factor = (SINGLE if single else 1.0) * kept_regions * cells
     kept = [decision.part for decision in model.decisions if decision.kept]
     shares = {part: (cell_factor * CELL_BYTES[part], per_application * counts[part]) for part in kept}
     in_cells, seconds = map(sum, zip(*shares.values(), strict=True))
     output = setup.case.output
     bytes_of_fields = sum({"shear": 16, "slip": 16, "zone": 1}.get(name, 8) for name in output.fields)
     stored = bytes_of_fields * -(-increments // output.every) * cells * (0.5 if single else 1.0)
+    process = 230e6 if setup.compiled else 170e6  # Python, libraries, and blocks of the transforms that stay in cache
     return Estimate(
         increments=increments,
         shares=shares,
-        memory=PROCESS_BYTES[setup.compiled] + in_cells * with_coarse,
-        file=COMPRESSION * stored + 300.0 * increments + 100e3,
+        memory=process + in_cells * with_coarse,
+        file=0.35 * stored + 300.0 * increments + 100e3,  # compressed, where the contact fills the grid
         applications=round(solved * applications * with_coarse),
         seconds=seconds * with_coarse,
         saved=in_cells * (1.0 / SINGLE - 1.0) * with_coarse if single else 0.0,
@@ -147,13 +134,15 @@ def _by_cause(jumps: WearJumps, cycle: WornCycle | None, coupled: bool) -> dict[
     if jumps.jump is not None:
         return {"jump": jumps.represents / jumps.jump + 3.0}
     slow = 1.0 if cycle is None or cycle.slides else min(1.0, math.sqrt(0.1 * cycle.time))  # little wears below T = 10
-    per_root = slow * CYCLES_PER_ROOT / math.sqrt(jumps.tolerance)
-    found = {"represents": USUAL_CYCLES, "tolerance": CYCLES_PER_TOLERANCE / jumps.tolerance if coupled else per_root}
+    # Of solved cycles 13 to 38 were measured at a tolerance of 1 %, and 0.1 to 1.7 times the root of the tolerance.
+    # Between dissimilar bodies a jump's error falls with its first power only.
+    usual, per_tolerance = 25, 0.1 / jumps.tolerance if coupled else slow * 1.5 / math.sqrt(jumps.tolerance)
+    found = {"represents": usual, "tolerance": per_tolerance}
     if cycle is not None and jumps.max_depth is not None:
         worn = 1.5 * cycle.depth_per_cycle * jumps.represents  # the deepest place, under Hertz's pressure
         if cycle.limit is not None and cycle.volume_at_first_rate > 0.0:
             worn *= min(1.0, cycle.limit.volume / cycle.volume_at_first_rate)
-        found["max_depth"] = USUAL_CYCLES + worn / jumps.max_depth
+        found["max_depth"] = usual + worn / jumps.max_depth
     return {name: min(count, jumps.represents) for name, count in found.items()}
 
 

@@ -19,6 +19,7 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.problem.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.result.verdict import POINTS_DIVISOR
 
 if TYPE_CHECKING:
     from fretsolve.problem.setup.unresolved_heights import HeightMaps
@@ -33,11 +34,9 @@ COUPLED_MARGIN, COUPLED_LINE_MARGIN = 1.1, 1.5
 """Half a side over the reach of a contact that shear moves, tried with friction from 0.3 to 30 on dissimilar bodies;
 and the side over the width of such a line contact."""
 
-FEWEST_COARSE_POINTS, COARSENED, FREE_COARSE_CELLS = 8, 3, 1.0
-"""Points per side of the coarsest run for error bars, at least, since with fewer a contact has no inside; by what they
-are fewer than those of the run; and cells of that grid to leave free on each side of the contact. With 0.67 of them,
-which AREA_MARGIN leaves, a coarse run found no solution in 28 of 140 contacts on 16 points (twelve surfaces, similar
-and dissimilar bodies, pressed alone and sheared to 0.9 of mu P), with 1 in none of them."""
+FEWEST_COARSE_POINTS, COARSENED = 8, 3
+"""Points per side of the coarsest run for error bars, at least, since with fewer a contact has no inside; and by what
+they are fewer than those of the run."""
 
 
 def size_by_closed_form(forms: ClosedForms) -> Size | None:
@@ -78,11 +77,14 @@ def room_for_coarse_runs(points: int) -> float:
 
 
 def room_for_cells(points: int) -> float:
-    """Return the factor on a side with AREA_MARGIN that leaves cells free on each side of a contact.
+    """Return the factor on a side with AREA_MARGIN that leaves one cell free on each side of a contact.
+
+    With 0.67 of a cell, which AREA_MARGIN leaves, a coarse run found no solution in 28 of 140 contacts on 16 points
+    (twelve surfaces, similar and dissimilar bodies, pressed alone and sheared to 0.9 of mu P), with 1 in none of them.
 
     points: of the side, at least 3. It is 1 from 12 points on.
     """
-    return max(1.0, points / (points - 2.0 * FREE_COARSE_CELLS) / AREA_MARGIN)
+    return max(1.0, points / (points - 2.0) / AREA_MARGIN)
 
 
 def worn_reach(forms: ClosedForms) -> float:
@@ -147,13 +149,9 @@ on."""
 MOST_FOR_SLIP = 4.0
 """Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
 
-FEWEST_PICKED_POINTS, ROUND_POINTS, MOST_POINTS = 36, 6, 2048
-"""Least number of points per side, its divisor, so that the coarse runs have a half and a third of them, and the most
-that are taken for the sake of a height map."""
-
-WIDE_SLIP, NARROW_ORDER = 0.5, 0.4
+NARROW_LAW = (0.5, 2.5)
 """Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
-increments are taken, and the order with which their number rises with the inverse of the width."""
+increments are taken, and the order with which it falls with their number."""
 
 
 def _refined(law: Law, accuracy: float) -> float:
@@ -187,20 +185,20 @@ def points_needed(
             cells = max(cells, min(2.0 * _refined(law, accuracy) / width, MOST_FOR_SLIP * usual))
     extents = (side / AREA_MARGIN for side in holds_contact)
     nx, ny = (
-        math.ceil(max(FEWEST_PICKED_POINTS, cells * side / extent) - 1e-9)
+        math.ceil(max(36, cells * side / extent) - 1e-9)  # less the rounding error
         for side, extent in zip(size, extents, strict=True)
     )
     if forms.model.line:
         nx, ny = max(nx, ny), 1
     without_maps = nx, ny
     nx, ny = heights().resolving_points(size, without_maps)
-    if max(nx, ny) > MOST_POINTS and (nx, ny) != without_maps:
+    if max(nx, ny) > 2048 and (nx, ny) != without_maps:
         raise forms.case.source.problem(
             f"accuracy {percent(accuracy)} would take {cell_counts((nx, ny))} points to resolve the height map; smooth"
             " the map, or give grid.points",
             ("surface",),
         )
-    nx, ny = (ROUND_POINTS * math.ceil(count / ROUND_POINTS) for count in (nx, ny))
+    nx, ny = (POINTS_DIVISOR * math.ceil(count / POINTS_DIVISOR) for count in (nx, ny))
     return nx, (1 if forms.model.line else ny)
 
 
@@ -210,7 +208,7 @@ def refinement(accuracy: float | None, model: Model) -> float:
         return 1.0
     factor = max(0.25, _refined(INCREMENTS_LAW, accuracy))  # fewer do not follow the path
     width = _pressed_width(model)
-    return factor * min(max(1.0, math.pow(WIDE_SLIP / width, NARROW_ORDER)), MOST_FOR_SLIP) if width > 0.0 else factor
+    return factor * min(max(1.0, _refined(NARROW_LAW, width)), MOST_FOR_SLIP) if width > 0.0 else factor
 
 
 def _pressed_width(model: Model) -> float:

@@ -28,9 +28,6 @@ if TYPE_CHECKING:
     from fretsolve.problem.setup.unresolved_heights import HeightMaps
     from fretsolve.problem.setup.wear_law import WearLaw
 
-MOST_TRIED_LOADS = 20
-"""Normal loads of a path, the largest ones, under which a map of friction is required to cover the contact."""
-
 TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z", "bulk_1_xy", "bulk_2_xy"}
 """Loads and motions that a mirror image turns round."""
 
@@ -41,7 +38,7 @@ as long on them; on 16 x 16 0.9 times without numba and 1.05 times with it, on 6
 LOAD_SECONDS = 0.8
 """Processor time of loading numba and the compiled kernels from disk, which is longer than most runs on small grids."""
 
-NORMAL_SAVING, TANGENTIAL_SAVING, COUPLED_SAVING = (1e-3, 0.25e-6), (2e-3, 0.6e-6), (2e-3, 0.35e-6)
+SAVINGS = ((1e-3, 0.25e-6), (2e-3, 0.6e-6), (2e-3, 0.35e-6))
 """Seconds that the compiled kernels save per increment, and per increment and cell: in the normal problem, with the
 tangential one as well, and where both are solved in turns. From 32 x 32 to 256 x 256 points the sum is right within a
 third (`python benchmarks/bench_path.py`)."""
@@ -112,7 +109,7 @@ class ProblemSetup:
         """Seconds that the compiled kernels save in the increments."""
         cells, model = self.share_of_cells * self.grid.nx * self.grid.ny, self.model
         in_turns = model.has_shear and model.terms.normal_tangential_coupling
-        savings = [NORMAL_SAVING, *[TANGENTIAL_SAVING] * model.has_shear, *[COUPLED_SAVING] * in_turns]
+        savings = SAVINGS[: 1 + model.has_shear + in_turns]
         return self.load_path.increments * sum(per_call + per_cell * cells for per_call, per_cell in savings)
 
     def friction_on_grid(self) -> FrictionOnGrid:
@@ -126,7 +123,7 @@ class ProblemSetup:
         law = self.friction.on(self.grid)
         if law.unknown is not None and law.unknown.any():
             loads = sorted(set(self.load_path.normal_loads()), key=lambda load: load.values, reverse=True)
-            for load in loads[:MOST_TRIED_LOADS]:
+            for load in loads[:20]:  # the largest ones
                 if (found := self.sure_contact(load, self.grid)) is not None:
                     coarse, contact = found
                     self.friction.on(coarse).require_known(contact, coarse, self.case)

@@ -33,9 +33,6 @@ ADVISED_GROWTH = 3.75
 FACET_CELLS, ADVISED_FACET_CELLS = 2.2, 2.5
 """Cells per spacing that resolve any map: 4.4 for its shortest wave, of two spacings. Those that are advised."""
 
-SAMPLES = 8
-"""Points of a profile per cell, at least, from which slopes are taken."""
-
 LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
 """Flattening pressure, over the mean pressure on the grid's area, up to which it does not matter; and what stands for
 that mean pressure, over E*, where no force is imposed."""
@@ -43,9 +40,6 @@ that mean pressure, over E*, where no force is imposed."""
 RIDGE = math.log(16.0)
 """Part of E* t/2 pi by which the pressure of a ridge may exceed that of cells: that of cells a sixteenth as long does.
 It has no limit, but facets are no real ones either."""
-
-PROFILES = 128
-"""Profiles along each axis that a map's slopes are taken from."""
 
 Pair = tuple[float, float]
 
@@ -75,7 +69,7 @@ class HeightProfiles:
         growth, facet_cells = (ADVISED_GROWTH, ADVISED_FACET_CELLS) if advised else (LEAST_GROWTH, FACET_CELLS)
         if facet_cells * side <= self.spacing[axis]:
             return 0.0
-        finer = math.ceil(SAMPLES * self.spacing[axis] / side)
+        finer = math.ceil(8 * self.spacing[axis] / side)  # at least 8 points of a profile per cell
         spacing, between = self.spacing[axis] / finer, round(finer * side / self.spacing[axis])
         heights = _refined(self.along[axis], finer) / spacing
         missed = _missed(heights, between)
@@ -175,7 +169,7 @@ def _profiles(height_map: HeightMap, place: Pair, center: Pair, size: Pair) -> H
         cut.append(slice(max(math.floor(middle - reach), 0), max(math.ceil(middle + reach) + 1, 0)))
     part = height_map.values[cut[0], cut[1]]
     nx, ny = part.shape
-    along_x, along_y = part[:, :: max(ny // PROFILES, 1)], part[:: max(nx // PROFILES, 1)].T
+    along_x, along_y = part[:, :: max(ny // 128, 1)], part[:: max(nx // 128, 1)].T  # about 128 profiles along each
     return HeightProfiles((along_x.copy(), along_y.copy()), height_map.spacing)
 
 

@@ -56,10 +56,6 @@ dissipated energy of a sphere sheared to half of mu P a bar of 1.1 % on 90 to 75
 LARGE_RESULT = 4e9
 """Bytes of a result that are most likely not wanted."""
 
-SOFTEST = 1000.0
-"""Young's modulus in MPa below which a bare number is most likely in GPa: metals and ceramics have more, and the number
-of GPa is less."""
-
 
 def case_warnings(setup: ProblemSetup, out: Path | None = None) -> list[str]:
     """Return one sentence per warning. out: the result to come, which may be too large for its disk."""
@@ -82,7 +78,7 @@ def _about_bare_numbers(setup: ProblemSetup) -> Iterator[str]:
     """Warn of numbers without a unit that are most likely meant in another one than the internal one."""
     for key, name, value in _bare_numbers(setup.case.source.data, ()):
         said = None
-        if name == "young_modulus" and value < SOFTEST:
+        if name == "young_modulus" and value < 1000.0:  # metals and ceramics have more MPa, and fewer GPa
             said = f"{value:g} MPa; is GPa meant?"
         elif name in ("alpha", "k"):
             said = f"{value:g} mm^3/(N mm), {1e3 * value:g} mm^3/J; write which unit is meant"

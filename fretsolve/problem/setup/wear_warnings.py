@@ -103,9 +103,6 @@ ASIDE = (0.31, 0.17)
 SLIP_PER_RADIUS = 0.1
 """Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
 
-SPARE_ROOM = 1.5
-"""Side of a grid that is advised where nothing tells the size of a scar, over that of the unworn contact's grid."""
-
 
 def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
     """Warn of wear without cycles that wear, of slip that is long for the contact, and of a scar beyond the grid."""
@@ -129,7 +126,7 @@ def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
             taken = max(grid.size)
             yield (
                 f"grid.size: auto takes {taken:.3g} mm, by the unworn contact, since no closed form tells how far wear"
-                f" widens it; {SPARE_ROOM * taken:.3g} mm would leave room for a scar"
+                f" widens it; {1.5 * taken:.3g} mm would leave room for a scar"
             )
         return
     reach = worn_reach(setup.closed_forms)

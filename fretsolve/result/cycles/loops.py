@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fretsolve.case.history import PAIRS
 from fretsolve.result.layout import has_cycles
-from fretsolve.result.verdict import LEAST_MOTION_SCALE
+from fretsolve.result.verdict import LEAST_MOTION_SCALE, ROUNDING
 from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
@@ -173,12 +173,6 @@ OF_A_PARABOLA = 0.25
 """Distance of a parabola from the chord of an increment over the distance from there to the chord beside it, continued,
 in the middle of equal increments."""
 
-ROUNDING = 1e-9
-"""Largest change of the force over its range that is rounding."""
-
-FEWEST_INCREMENTS = 8
-"""Increments from which the polygon through them tells the area of a loop: two for each quarter of it."""
-
 LEAST_COMPLIANCE = 0.5
 """Least extrapolated compliance at a reversal over that of the first increment: where the increment has more slip than
 elastic displacement, its points do not tell the slope."""
@@ -292,4 +286,5 @@ def area(force: DoubleArray, motion: DoubleArray) -> Measure:
     whole, coarse = (
         abs(0.5 * float(np.dot(force[at][1:] + force[at][:-1], np.diff(motion[at])))) for at in (slice(None), some)
     )
-    return Measure(whole, abs(whole - coarse) if len(force) > FEWEST_INCREMENTS else math.inf)
+    many = len(force) > 8  # two increments or more for each quarter of the loop
+    return Measure(whole, abs(whole - coarse) if many else math.inf)

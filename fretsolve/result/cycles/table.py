@@ -57,7 +57,6 @@ OF_MOMENTS = {"N": "N mm", "mm": "rad", "N/mm": "N mm/rad"}
 OF_A_LINE = {"N": "N/mm", "mJ": "mJ/mm", "N/mm": "N/mm/mm"}
 """Other units of columns: of moment and rotation, and per mm of a line contact."""
 
-NORMAL, TORSION = PAIRS[:3], PAIRS[5]
 FORCES = frozenset(name for pair in PAIRS[3:5] for name in pair)
 """Tangential forces and displacements."""
 
@@ -212,11 +211,11 @@ def _pair(history: History, cycles: Sequence[CycleSteps]) -> tuple[str, str] | N
     moved = frozenset[str]().union(*(one.moved for one in cycles))
     if moved & FORCES.union(*BULK.values()):
         return None
-    if moved & set(TORSION):
-        return TORSION if np.any(history["Mz"]) else None
+    if moved & set(torsion := PAIRS[5]):
+        return torsion if np.any(history["Mz"]) else None
     if any((np.abs(history[name]) > _round_off(history)).any() for name in ("Qx", "Qy")):
         return None  # a constant force, whose displacement drifts
-    return next((pair for pair in reversed(NORMAL) if moved & set(pair)), None)
+    return next((pair for pair in reversed(PAIRS[:3]) if moved & set(pair)), None)
 
 
 def _round_off(history: History) -> float:
