@@ -57,7 +57,7 @@ class Expression:
         import numpy as np
 
         with np.errstate(all="ignore"):
-            return self._value(self._tree(), values)
+            return self._value(self._tree(), values, np)
 
     @property
     def varies(self) -> bool:
@@ -110,23 +110,21 @@ class Expression:
         for part in parts:
             self._require_known(part)
 
-    def _value(self, node: ast.expr, values: Mapping[str, Any]) -> Any:
-        import numpy as np
-
+    def _value(self, node: ast.expr, values: Mapping[str, Any], np: Any) -> Any:
         match node:
             case ast.Constant(value=value):
-                return np.float64(value)  # type: ignore[arg-type]
+                return np.float64(value)
             case ast.Name(id=name):
                 return values[name] if name in values else CONSTANTS[name]
             case ast.BinOp(left=left, op=op, right=right):
-                return _OPERATORS[type(op)](self._value(left, values), self._value(right, values))
+                return _OPERATORS[type(op)](self._value(left, values, np), self._value(right, values, np))
             case ast.UnaryOp(op=sign, operand=operand):
-                return _SIGNS[type(sign)](self._value(operand, values))
+                return _SIGNS[type(sign)](self._value(operand, values, np))
             case ast.Compare(left=left, ops=ops, comparators=others):
-                sides = [self._value(one, values) for one in (left, *others)]
+                sides = [self._value(one, values, np) for one in (left, *others)]
                 held = [_COMPARISONS[type(op)](*pair) for op, pair in zip(ops, pairwise(sides), strict=True)]
                 return np.logical_and.reduce(held) * np.float64(1.0)
             case ast.Call(func=ast.Name(id=name), args=args):
                 function: Any = {"min": np.minimum, "max": np.maximum}.get(name) or getattr(np, name)
-                return function(*(self._value(one, values) for one in args))
+                return function(*(self._value(one, values, np) for one in args))
         raise AssertionError(node)

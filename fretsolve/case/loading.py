@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
+from fretsolve.case.keys.output_spec import Material
 from fretsolve.case.keys.unrolled_path import stage_key, stage_keys
 from fretsolve.case.models import Case
 from fretsolve.case.problems import CaseErrors, nearest_key, together, translated
@@ -92,8 +93,6 @@ class CaseText:
         name = fatigue.get(MATERIAL[-1]) if isinstance(fatigue, dict) else None
         if not isinstance(name, str):
             return self.data
-        from fretsolve.case.keys.output_spec import Material  # other cases need not load it
-
         try:
             found = read_case(self.source.path.parent / name)
         except FileError as error:

@@ -20,6 +20,7 @@ from pydantic import (
 
 from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, auto, refused_at
 from fretsolve.case.dimensions import Dimension
+from fretsolve.case.expression import Expression
 from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
 from fretsolve.case.keys.body_specs import Body, Surfaces
 from fretsolve.case.keys.friction_spec import FrictionSpec
@@ -214,13 +215,10 @@ class Case(CaseModel):
 
     @model_validator(mode="after")
     def _friction_has_the_variables_of_a_line(self) -> Self:
-        if self.plane is not None and self.friction.expression is not None:
-            from fretsolve.case.expression import Expression  # few cases have one
-
-            if Expression(self.friction.expression).uses("y"):
-                refused_at(
-                    [(("friction", "expression"), "a line contact has no y; a formula of x or r = |x| is needed")]
-                )
+        formula = self.friction.expression
+        if self.plane is not None and formula is not None and Expression(formula).uses("y"):
+            message = "a line contact has no y; a formula of x or r = |x| is needed"
+            refused_at([(("friction", "expression"), message)])
         return self
 
     @model_validator(mode="after")

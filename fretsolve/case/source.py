@@ -18,7 +18,7 @@ import yaml
 from fretsolve.case.keys.unrolled_path import typed_key
 from fretsolve.case.quantities import shown
 from fretsolve.errors import CaseError, FileError, KeyPath
-from fretsolve.system.foreign_files import read_bytes, read_pipe
+from fretsolve.system.files import read_bytes, read_pipe
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _LARGEST_FILE = 4 * 1024 * 1024

@@ -13,6 +13,7 @@ from fretsolve.problem.model.required_terms import Model
 from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
+from fretsolve.reference.materials import material_named
 
 MOST_STAGES_LISTED = 40
 
@@ -42,8 +43,6 @@ def material_lines(setup: ProblemSetup) -> Iterator[str]:
     for number, body in enumerate(setup.case.bodies, start=1):
         if body == "rigid" or body.material is None:
             continue
-        from fretsolve.reference.materials import material_named  # few cases name a material
-
         if (found := material_named(body.material)) is not None:
             changed = [name for name, value in found.constants.items() if getattr(body, name) != value]
             but = f"; the case changes {' and '.join(changed)}" if changed else ""

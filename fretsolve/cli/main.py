@@ -31,6 +31,7 @@ from fretsolve.cli.command_line import (
 from fretsolve.cli.sweep import sweep
 from fretsolve.post.export import FORMATS
 from fretsolve.post.plots import KINDS, Sheet
+from fretsolve.post.plots.kinds import Shown
 from fretsolve.system.environment import available, quick_imports, set_up_numerics
 from fretsolve.system.signals import StopRequest
 
@@ -175,9 +176,8 @@ def study(out: Path | None, quiet: bool, **options: Any) -> int:
     """
     with StopRequest() as stop:
         from fretsolve.cli.commands.study import study_case
-        from fretsolve.sweep.study.plan import StudyRequest
 
-        return study_case(StudyRequest(**options), out, stop, quiet=quiet)
+        return study_case(out, stop, quiet=quiet, **options)
 
 
 @main.command()
@@ -260,7 +260,6 @@ def plot(
     if every_kind and kinds:
         raise click.UsageError("--all takes all kinds; leave KIND out.")
     from fretsolve.cli.commands.plot import plot_result
-    from fretsolve.post.plots.kinds import Shown
 
     shown = Shown(fields=tuple(name for text in fields for name in text.split(",") if name), **of_kinds)
     return plot_result(out, None if every_kind else kinds or ("loop",), target, shown, Sheet(width, title, dpi))

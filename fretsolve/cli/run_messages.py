@@ -25,10 +25,11 @@ from fretsolve.cli.case_summary import (
 )
 from fretsolve.elastic.kernels import compile_seconds
 from fretsolve.errors import printable
+from fretsolve.post.export.remarks import spot_warnings, warning_of_wear
 from fretsolve.problem.setup.cost_estimate import expected_increments
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, warning_of_result
-from fretsolve.problem.setup.wear_warnings import warning_of_slip
+from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_the_grid
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
@@ -93,17 +94,12 @@ class QuietMessages:
             if text is not None:
                 self.warn(str(text))
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:
-            from fretsolve.post.export.remarks import warning_of_wear
-            from fretsolve.problem.setup.wear_warnings import warning_of_the_grid  # few cases have wear
-
             known = {one for one in jumps if one is not None}
             errors = warning_of_wear(result, known), warning_of_the_grid(result, known)
             for text in (*errors, warning_of_slip(self.setup, result.history)):
                 if text is not None:
                     self.warn(text)
         if "spots" in result.history:
-            from fretsolve.post.export.remarks import spot_warnings  # few results have several
-
             for text in spot_warnings(result.history):
                 self.warn(text)
         for text, periodic in result.cycles.outcomes if result.cycles is not None else ():

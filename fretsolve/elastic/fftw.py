@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
 from fretsolve.system import atomic_files
-from fretsolve.system.foreign_files import read_bytes
+from fretsolve.system.files import read_bytes
 
 _hidden = [name for name in ("dask", "scipy.fftpack") if name not in sys.modules]
 sys.modules.update(dict.fromkeys(_hidden))  # type: ignore[arg-type]

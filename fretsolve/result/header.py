@@ -25,7 +25,7 @@ from fretsolve.result.layout import (
     stored_fields,
 )
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import own_dataset
+from fretsolve.system.hdf5_files import own_dataset
 
 WITHOUT_EFFECT = (
     *(("bodies", body, key) for body in (0, 1) for key in ("material", "yield_stress")),

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING
 
 from fretsolve.errors import BusyError, FileError
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of
-from fretsolve.system.foreign_files import NO_LOCKS, read_small_text
+from fretsolve.system.files import NO_LOCKS, read_small_text, reason_of
 
 if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock nothing
     from filelock import BaseFileLock

@@ -24,7 +24,7 @@ from fretsolve.result.header import RunHeader, read_sealed
 from fretsolve.result.layout import DERIVED_FIELDS, ERRORS, FIELDS, QUANTITIES, STEP, optional_among, row_type
 from fretsolve.result.state import ZONE_NAMES, Summary, summary_of
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import open_hdf5, own_dataset, own_node
+from fretsolve.system.hdf5_files import open_hdf5, own_dataset, own_node
 
 _REASONS = {
     "truncated file": "the file is truncated: it was not copied or written to its end",

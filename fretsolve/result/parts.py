@@ -37,7 +37,8 @@ from fretsolve.result.layout import (
 from fretsolve.result.part_reader import RUN, PartReader, content_of, damage_reported, require
 from fretsolve.result.state import Before, Fields, State, WearState, errors_of, row_of, summary_of
 from fretsolve.system import atomic_files
-from fretsolve.system.foreign_files import own_dataset, require_regular
+from fretsolve.system.files import require_regular
+from fretsolve.system.hdf5_files import own_dataset
 
 HEADER_NAME = "header.json"
 

@@ -32,7 +32,8 @@ from fretsolve.result.part_reader import PartReader, damage_reported
 from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
-from fretsolve.system.foreign_files import open_hdf5, read_small_text, require_regular
+from fretsolve.system.files import read_small_text, require_regular
+from fretsolve.system.hdf5_files import open_hdf5
 
 if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, takes long to load
     import xarray

@@ -28,8 +28,7 @@ from fretsolve.result.parts import (
 from fretsolve.result.reader import open_result, read_attributes, read_header
 from fretsolve.result.state import State, Summary
 from fretsolve.system import atomic_files
-from fretsolve.system.files import require_free
-from fretsolve.system.foreign_files import require_regular
+from fretsolve.system.files import require_free, require_regular
 
 TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 """Advice for an existing result."""

@@ -22,8 +22,7 @@ from fretsolve.result.parts import HEADER_NAME, all_parts, all_states, write_par
 from fretsolve.result.resume import TO_GO_ON, SavedRun
 from fretsolve.result.state import Fields, State, nothing
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of, reported, require_free
-from fretsolve.system.foreign_files import require_regular
+from fretsolve.system.files import reason_of, reported, require_free, require_regular
 
 STATES_KEPT = 16
 """So many of the newest states are kept, and one of so many before: where a run can go on if a part is damaged."""

@@ -24,8 +24,7 @@ from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.simulation.simulation import run
-from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import require_regular
+from fretsolve.system.files import reported, require_regular
 
 
 class Stop(Protocol):

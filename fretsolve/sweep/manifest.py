@@ -24,8 +24,7 @@ from fretsolve.result.reader import read_attributes
 from fretsolve.sweep.beginnings import FOLDER_NAME as BEGINNINGS_NAME
 from fretsolve.sweep.beginnings import Beginning
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reason_of, reported, require_utf8, writing
-from fretsolve.system.foreign_files import read_small_text
+from fretsolve.system.files import read_small_text, reason_of, reported, require_utf8, writing
 
 MANIFEST_NAME = "manifest.json"
 RESULTS_NAME = "results"

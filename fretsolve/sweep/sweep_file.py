@@ -23,7 +23,7 @@ from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.sweep import MOST_CASES
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import require_regular
+from fretsolve.system.files import require_regular
 
 Number = StrictInt | StrictFloat | str
 """A number, or text of a number with its unit."""

@@ -25,8 +25,8 @@ from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow, states
 from fretsolve.sweep.outcome import CaseOutcome, read_outcome
 from fretsolve.sweep.quantity import LAST_STAGE, read_quantity
 from fretsolve.system import atomic_files
-from fretsolve.system.files import writing
-from fretsolve.system.foreign_files import open_hdf5, require_regular
+from fretsolve.system.files import require_regular, writing
+from fretsolve.system.hdf5_files import open_hdf5
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that a spreadsheet takes for a formula."""

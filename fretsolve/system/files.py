@@ -1,13 +1,26 @@
-"""Checks and error messages for files that a command writes."""
+"""Checks and error messages for files that a command writes, and reading of files that others may have made."""
 
 from __future__ import annotations
 
+import errno
 import os
+import select
+import stat
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fretsolve.errors import CaseError, FileError
+
+PIPE_SECONDS = 15.0
+"""Within which a pipe must give its text and be closed."""
+
+NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
+"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
+
+PICTURE_MARK = "drawn by fretsolve"
+"""In the metadata of every picture, by which one is known before it is replaced."""
 
 
 class TakenError(FileExistsError):
@@ -73,3 +86,66 @@ def require_ending(file: Path, what: str, *endings: str) -> None:
     """Raise CaseError unless the name of `file`, which is to hold `what`, has one of `endings`, such as ``.csv``."""
     if file.suffix.lower() not in endings:
         raise CaseError(f"the name of {what} must end in {' or '.join(endings)}", (), file)
+
+
+def require_regular(path: Path, most: float = float("inf")) -> None:
+    """Raise FileError unless `path` is a regular file of at most `most` bytes: a pipe or a device might never end.
+
+    Raises OSError if it is not there.
+    """
+    found = path.stat()
+    if stat.S_ISDIR(found.st_mode):
+        raise FileError("is a folder; the name of a file is needed", path)
+    if not stat.S_ISREG(found.st_mode):
+        raise FileError("is not a regular file, but a pipe, a socket or a device; it is not read", path)
+    if found.st_size > most:
+        raise FileError(f"has {found.st_size} bytes; at most {most:.0f} are read", path)
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Return the content of a regular file of at most `most` bytes. Raises OSError, FileError."""
+    # A pipe that takes the file's place after the check does not block the opening.
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    with open(descriptor, "rb") as file:  # noqa: PTH123 - a descriptor
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
+            require_regular(path)
+        content = file.read(min(status.st_size, most) + 1)  # no more memory than it takes
+    if len(content) > most:
+        require_regular(path, most)
+    return content
+
+
+def read_pipe(path: Path, most: int) -> bytes:
+    """Return what comes through a pipe until it is closed. Raises OSError; FileError for too long a time or text."""
+    content, end = b"", time.monotonic() + PIPE_SECONDS
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # does not wait for a writer
+    with open(descriptor, "rb", buffering=0) as file:  # noqa: PTH123 - a descriptor
+        ready = select.poll()
+        ready.register(file, select.POLLIN)
+        while len(content) <= most:
+            if not ready.poll(1000.0 * max(end - time.monotonic(), 0.0)):
+                raise FileError(f"is a pipe that nobody has closed within {PIPE_SECONDS:g} s", path)
+            more = file.read(2**16)  # None if another process has taken it
+            if more == b"":
+                return content
+            content += more or b""
+    raise FileError(f"is a pipe of more than {most} bytes", path)
+
+
+def require_own(path: Path, mark: bytes, what: str) -> None:
+    """Raise FileError if there is a file at `path` without `mark`, which is in every `what` that fretsolve writes."""
+    own = path.is_dir() or not os.path.lexists(path)  # no file takes the place of a folder
+    with suppress(FileError), reported("cannot be read", path):
+        own = own or mark in read_bytes(path, 2**28)
+    if not own:
+        message = f"is not {what} of fretsolve, so it is not replaced: move it away, or give another name with -o"
+        raise FileError(message, path)
+
+
+def read_small_text(path: Path, what: str, most: int = 2**30) -> str:
+    """Return the UTF-8 text of a file that fretsolve has written. what: it in words. Raises OSError, FileError."""
+    try:
+        return read_bytes(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError(f"not {what}: byte {error.start} is not UTF-8 text", path) from None

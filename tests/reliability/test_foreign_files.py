@@ -20,7 +20,7 @@ from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import atomic_files
-from fretsolve.system.foreign_files import PICTURE_MARK
+from fretsolve.system.files import PICTURE_MARK
 
 TEXT = "the user's own\n"
 

@@ -24,7 +24,7 @@ from fretsolve.errors import FileError
 from fretsolve.problem.model import height_map
 from fretsolve.result import HistoryWriter, parts
 from fretsolve.result.parts import parts_folder
-from fretsolve.system import foreign_files
+from fretsolve.system import files, hdf5_files
 
 
 @pytest.fixture()
@@ -40,7 +40,7 @@ def heaps(data: bytes) -> list[int]:
 
 
 def test_attributes_of_a_map_that_hang_hdf5(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(foreign_files, "TRIAL_SECONDS", 1)
+    monkeypatch.setattr(hdf5_files, "TRIAL_SECONDS", 1)
     case = heights_case(out.parent, out.name, ", dataset: fields/x")
     data, met = out.read_bytes(), set()
     for at in range(16, 80, 16):
@@ -54,15 +54,15 @@ def test_no_module_of_the_working_folder_is_run(out: Path, monkeypatch: pytest.M
     monkeypatch.chdir(out.parent)
     for module in ("h5py", "resource", "sitecustomize"):
         Path(f"{module}.py").write_text(f"open('run-{module}', 'w')\n")
-    foreign_files.try_attributes(Path(out.name))
+    hdf5_files.try_attributes(Path(out.name))
     assert not list(out.parent.glob("run-*"))
 
 
 @pytest.mark.parametrize("trial", ["raise SystemExit(1)", "pass", "raise SystemExit(0)"])
 def test_a_trial_that_does_not_come_to_its_end(out: Path, monkeypatch: pytest.MonkeyPatch, trial: str) -> None:
-    monkeypatch.setattr(foreign_files, "_TRIAL", trial)
+    monkeypatch.setattr(hdf5_files, "_TRIAL", trial)
     with pytest.raises(FileError, match="the HDF5 library cannot read its attributes"):
-        foreign_files.try_attributes(out)
+        hdf5_files.try_attributes(out)
 
 
 def test_attributes_may_be_wiped_or_altered(out: Path) -> None:
@@ -184,7 +184,7 @@ def test_only_regular_files_are_maps(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("silent", [False, True])
 def test_a_pipe_that_gives_no_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, silent: bool) -> None:
-    monkeypatch.setattr(foreign_files, "PIPE_SECONDS", 0.2)
+    monkeypatch.setattr(files, "PIPE_SECONDS", 0.2)
     pipe, out = tmp_path / "pipe.yaml", write_fake(tmp_path / "out.h5")
     os.mkfifo(pipe)
     line = f"{pipe}: is a pipe that nobody has closed within 0.2 s\n"

@@ -26,7 +26,9 @@ from pydantic_core import CoreSchema, core_schema
 
 from fretsolve.case.base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, refused_at, require_either
 from fretsolve.case.dimensions import ANGLE, LENGTH, NUMBER, PRESSURE
+from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import InUnits, refused, shown
+from fretsolve.reference.materials import NAMES, every_name, material_named
 
 MATERIAL = "material"
 """The key that names a material."""
@@ -36,8 +38,6 @@ class MaterialName:
     """Annotation of a name of the library, for the JSON Schema: editors list the names, and take other spellings."""
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        from fretsolve.reference.materials import NAMES  # few cases need it
-
         return {"anyOf": [{"type": "string", "enum": list(NAMES)}, {"type": "string"}, {"type": "integer"}]}
 
 
@@ -69,9 +69,6 @@ class ElasticBody(CaseModel):
     def _with_constants_of_material(cls, value: Any) -> Any:
         if not isinstance(value, dict) or MATERIAL not in value:
             return value
-        from fretsolve.case.other_names import nearest
-        from fretsolve.reference.materials import NAMES, every_name, material_named
-
         name = value[MATERIAL]
         found = material_named(str(name)) if isinstance(name, str | int) else None
         if found is None:
@@ -86,8 +83,6 @@ class ElasticBody(CaseModel):
 def _require_body(value: object) -> object:
     if value == "rigid" or isinstance(value, dict | ElasticBody):
         return value
-    from fretsolve.reference.materials import material_named
-
     found = material_named(str(value)) if isinstance(value, str | int) else None
     with_numbers = "" if found else ", {young_modulus: 200 GPa, poisson_ratio: 0.3}"
     name = found.name if found else "steel"

@@ -23,6 +23,7 @@ from pydantic_core import CoreSchema
 
 from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import ANGLE, ENERGY_PER_AREA, NUMBER, PRESSURE
+from fretsolve.case.expression import Expression
 from fretsolve.case.keys.body_specs import HDF5_SUFFIXES, file_in_case_folder
 from fretsolve.case.quantities import InUnits, QuantityError, refused
 
@@ -46,8 +47,6 @@ COMPANIONS = {
 
 
 def _readable(text: str) -> str:
-    from fretsolve.case.expression import Expression  # few cases have one
-
     try:
         Expression(text)
     except QuantityError as error:

@@ -21,8 +21,7 @@ from fretsolve.result.state import Summary
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
-from fretsolve.system.files import reported, require_ending, writing
-from fretsolve.system.foreign_files import require_own
+from fretsolve.system.files import reported, require_ending, require_own, writing
 
 EXIT_MISSED = 1
 

@@ -6,6 +6,7 @@ import json
 from importlib import resources
 from pathlib import Path
 
+from fretsolve.reference.materials import LIBRARY
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_ending, require_free, writing
 
@@ -63,8 +64,6 @@ def print_schema(path: Path | None, *, overwrite: bool) -> int:
 
 def print_materials() -> int:
     """Print the library of materials with the source of each; return the exit code."""
-    from fretsolve.reference.materials import LIBRARY
-
     width = max(len(one.name) for one in LIBRARY)
     print(f"{'material':{width}}  {'E (GPa)':>7}  {'nu':>5}  {'yield (MPa)':>11}  other names")
     for one in LIBRARY:

@@ -12,8 +12,7 @@ from fretsolve.post.plots.sheet import Sheet
 from fretsolve.result import Result, open_result
 from fretsolve.system import atomic_files
 from fretsolve.system.environment import how_to_install
-from fretsolve.system.files import make_folder, require_ending, writing
-from fretsolve.system.foreign_files import PICTURE_MARK, require_own
+from fretsolve.system.files import PICTURE_MARK, make_folder, require_ending, require_own, writing
 from fretsolve.system.progress import print_warnings
 
 PAGE_NAME = "index.html"

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.cli.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.elastic.kernels import load, when_compiling
 from fretsolve.errors import FileError, NoSolutionError
-from fretsolve.problem.setup.cost_estimate import disk_problem, free_bytes, require_memory
+from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result import HistoryWriter, Result, RunHeader, open_result
-from fretsolve.result.header import is_same_run
+from fretsolve.result import HistoryWriter
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.system import atomic_files
-from fretsolve.system.files import require_ending, require_free, require_other, require_utf8, writing
+from fretsolve.system.files import require_ending, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 RESULT_ENDINGS = (".h5", ".hdf5")
-
-AT_END = "the result is whole: with more room --resume writes what output.{} asks for"
-"""Advice where there is no room for side outputs."""
 
 
 def run_case(
@@ -49,10 +44,13 @@ def run_case(
     loaded = read_case(case, pipe=True).case(overrides)
     out = out or case.with_suffix(".h5")
     setup = _checked_setup(loaded, case, out, resume=resume)
+    if (side := _side_outputs(loaded)) is not None:
+        side.require_room(setup, out)
     kernels = load(setup.compiled)
     setup = replace(setup, compiled=kernels.compiled)
     header = run_header(setup, threads, overrides)
-    require_own_side_outputs(setup, out, header, resume=resume, overwrite=overwrite)
+    if side is not None:
+        side.require_own_side_outputs(setup, out, header, resume=resume, overwrite=overwrite)
     # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=0.1) as writer:
         if quiet or log_json:
@@ -61,7 +59,8 @@ def run_case(
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(len(writer.summaries))
-            write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
+            if side is not None:
+                side.write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
@@ -77,7 +76,8 @@ def run_case(
             raise
     if complete:
         messages.end()
-        write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
+        if side is not None:
+            side.write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
         return 0
     messages.stopped(len(writer.summaries))
     return EXIT_STOPPED
@@ -100,91 +100,13 @@ def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> Prob
         setup.separation()  # reads the maps, before anything is written
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
-    require_room(setup, out)
     return setup
 
 
-def require_room(setup: ProblemSetup, out: Path) -> None:
-    """Raise CaseError, before the run, if stresses or fatigue that the case asks for cannot be computed after it."""
-    output = setup.case.output
-    if (spec := output.stress) is not None:
-        from fretsolve.post.stress.request import increments_before, request_before, room_problem
+def _side_outputs(case: Case) -> ModuleType | None:
+    """Return the module for the side outputs of a case, which takes time to load; None if it asks for none."""
+    if case.output.stress is None and case.output.fatigue is None:
+        return None
+    from fretsolve.cli.commands import side_outputs
 
-        stages = len(setup.load_path.last_steps)
-        count = increments_before(spec, -(-setup.load_path.increments // output.every), stages)
-        request = request_before(spec.bodies, spec.depths, count, setup.grid.shape, spec.window, spec.components)
-        if (problem := room_problem(request, free_bytes(out))) is not None:
-            raise setup.case.source.problem(problem, ("output", "stress"))
-    if output.fatigue is not None:
-        from fretsolve.post.fatigue.request import require_fatigue
-
-        require_fatigue(setup, free_bytes(out))
-
-
-def require_own_side_outputs(
-    setup: ProblemSetup, out: Path, header: RunHeader, *, resume: bool, overwrite: bool
-) -> None:
-    """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own.
-
-    Raises FileError if the side outputs cannot hold the name of the result.
-    """
-    output = setup.case.output
-    if output.stress is None and output.fatigue is None:
-        return
-    require_utf8(out.name, out)
-    from fretsolve.post.fatigue.names import fatigue_path
-    from fretsolve.post.stress.names import stress_path
-
-    for spec, kind, path in (
-        (output.stress, "stress", stress_path(out)),
-        (output.fatigue, "fatigue", fatigue_path(out)),
-    ):
-        if spec is None:
-            continue
-        if path.is_symlink() and not path.exists():
-            raise FileError("is a link to a file that does not exist; remove it, or give another name", path)
-        own = not overwrite and resume and _is_own(path, kind, header.attributes("running"))
-        advice = "the run would replace it by what output asks for: move it away, or give --overwrite"
-        require_free(path, overwrite=overwrite or own, advice=advice)
-
-
-def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
-    """Return whether a file was computed from a run that gives the same numbers. Raises FileError if it is damaged."""
-    from fretsolve.post.stress.computed_file import opened_computed
-
-    with opened_computed(path) as found:
-        return found is not None and found.kind == kind and is_same_run(found.attributes, attributes)
-
-
-def write_side_outputs(
-    case: Case, out: Path, threads: int, *, quiet: bool, overwrite: bool, missing: bool = False
-) -> None:
-    """Write and print the stresses and fatigue parameters that the case asks for.
-
-    overwrite: replace any file, otherwise only files of this run; missing: write only absent files.
-    """
-    stress, fatigue = case.output.stress, case.output.fatigue
-    if stress is None and fatigue is None:
-        return
-    from fretsolve.cli.commands.computed_files import FileOrder, write_fatigue_with_messages, write_with_messages
-    from fretsolve.post.fatigue.names import fatigue_path
-    from fretsolve.post.fatigue.request import case_request as fatigue_request
-    from fretsolve.post.stress.computed_file import is_made_from
-    from fretsolve.post.stress.names import stress_path
-    from fretsolve.post.stress.request import case_request as stress_request
-    from fretsolve.post.stress.tractions import TractionHistory
-
-    def order(kind: str, target: Path, result: Result) -> FileOrder:
-        if not overwrite and _is_own(target, kind, result.attributes):
-            with writing(target):
-                atomic_files.remove(target)  # a file of this run, so that no other file can be replaced
-        return FileOrder(target, threads, quiet, not overwrite, AT_END.format(kind))
-
-    with open_result(out) as result:
-        tractions = TractionHistory(result)
-        if stress is not None and not (missing and is_made_from(result, stress_path(out))):
-            request = stress_request(tractions, stress)
-            write_with_messages(tractions, request, order("stress", stress_path(out), result))
-        if fatigue is not None and not (missing and is_made_from(result, fatigue_path(out))):
-            asked = fatigue_request(case)
-            write_fatigue_with_messages(tractions, asked, order("fatigue", fatigue_path(out), result))
+    return side_outputs

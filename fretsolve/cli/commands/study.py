@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from fretsolve.cli.case_messages import CaseMessages, none_solved
 from fretsolve.cli.commands.plot import require_matplotlib
@@ -31,11 +32,12 @@ from fretsolve.system.progress import print_error_line
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 
-def study_case(request: StudyRequest, out: Path | None, stop: StopRequest, *, quiet: bool) -> int:
+def study_case(out: Path | None, stop: StopRequest, *, quiet: bool, **asked: Any) -> int:
     """Run the cases of a study, compare them and report. Return the exit code 0 or 75; errors have the other codes.
 
-    out: a folder, None for the case's name with .study.
+    out: a folder, None for the case's name with .study; asked: the fields of a `StudyRequest`.
     """
+    request = StudyRequest(**asked)
     case = request.case
     folder = out or case.with_suffix(".study")
     if (folder / MANIFEST_NAME).exists():

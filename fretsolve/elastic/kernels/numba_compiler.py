@@ -17,7 +17,7 @@ from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from fretsolve.errors import FileError
-from fretsolve.system.foreign_files import read_bytes
+from fretsolve.system.files import read_bytes
 
 if getattr(numba.config, "DISABLE_JIT", False):  # Python itself would run the loops over cells
     raise ImportError("NUMBA_DISABLE_JIT is set")

@@ -28,7 +28,7 @@ from fretsolve.result.layout import Quantity, X, Y, create_column
 from fretsolve.result.part_reader import damage_reported, digests_of, read_columns, require
 from fretsolve.system import atomic_files
 from fretsolve.system.files import writing
-from fretsolve.system.foreign_files import own_dataset
+from fretsolve.system.hdf5_files import own_dataset
 
 FORMAT = "fretsolve fatigue 1"
 """Attribute `format` of the root; the number rises whenever an older fretsolve could misread a newer file."""

@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from fretsolve.errors import PictureError
 from fretsolve.post.plots.sheet import Sheet
 from fretsolve.result import Result
-from fretsolve.system.foreign_files import PICTURE_MARK
+from fretsolve.system.files import PICTURE_MARK
 
 INCH = 25.4
 

@@ -14,7 +14,7 @@ from fretsolve.result.header import read_sealed
 from fretsolve.result.layout import FIELD_FILTERS, Quantity
 from fretsolve.result.part_reader import damage_reported
 from fretsolve.system.files import reported
-from fretsolve.system.foreign_files import open_hdf5, own_node
+from fretsolve.system.hdf5_files import open_hdf5, own_node
 
 Kind = Literal["stress", "fatigue"]
 """The command that writes the file."""

@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from fretsolve.case.dimensions import percent
+from fretsolve.case.expression import Expression
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.errors import WeakeningError, dotted
@@ -167,8 +168,6 @@ def _about_weakening(spec: FrictionSpec, growth: float) -> Iterator[str]:
 
 
 def _about_infinite_friction(formula: str) -> Iterator[str]:
-    from fretsolve.case.expression import Expression  # few cases have one
-
     middle = np.zeros(1)
     if np.isinf(Expression(formula)(x=middle, y=middle, r=middle)).any():
         yield (

@@ -19,6 +19,7 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.problem.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.problem.setup.wear_forms import worn_radius
 from fretsolve.result.verdict import POINTS_DIVISOR
 
 if TYPE_CHECKING:
@@ -91,8 +92,6 @@ def worn_reach(forms: ClosedForms) -> float:
     """Return how far from the grid's middle (mm) the worn contact reaches at most, 0 where none is known."""
     if forms.case.wear is None:
         return 0.0
-    from fretsolve.problem.setup.wear_forms import worn_radius  # few cases have wear
-
     radius = worn_radius(forms)
     return radius + max(map(abs, np.subtract(forms.case.surface[0].center, forms.case.grid.center))) if radius else 0.0
 

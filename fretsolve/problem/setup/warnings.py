@@ -21,6 +21,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.keys.body_specs import PunchSurface
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import KeyPath, dotted
+from fretsolve.problem.friction.weakening import friction_warnings, largest_share
 from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.problem.model.surface import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
@@ -32,6 +33,7 @@ from fretsolve.problem.setup.picked_settings import (
     tolerance_needed,
 )
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.problem.setup.wear_warnings import wear_warnings
 from fretsolve.reference.hertz import HertzLine, LineContact
 from fretsolve.system.arrays import DoubleArray
 
@@ -145,8 +147,6 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
         most_force, most_torque, _ = forms.gross_slip(pressed, hertz, load.get("friction"))
         Qx, Qy, Mz = (load.get(name, 0.0) for name in ("Qx", "Qy", "Mz"))
         if varies:
-            from fretsolve.problem.friction.weakening import largest_share  # few cases need it
-
             most_force = min(most_force, pressed * largest_share(setup.case.friction, Qx, Qy))
         if 0.0 < (force := math.hypot(Qx, Qy)) >= most_force:
             name = "Qx" if abs(Qx) >= abs(Qy) else "Qy"
@@ -167,8 +167,6 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
 def _about_varied_friction(setup: ProblemSetup) -> Iterator[str]:
     """Warn of friction that falls too fast, and of cycles that count as periodic before it has run in."""
     if setup.case.friction_varies and setup.model.has_shear:
-        from fretsolve.problem.friction.weakening import friction_warnings  # few cases need them
-
         stages, compliance = setup.load_path.stages, setup.model.compliances.tangential
         yield from friction_warnings(setup.case.friction, stages, setup.closed_forms.largest, compliance)
 
@@ -469,8 +467,6 @@ def _about_counts(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_wear(setup: ProblemSetup) -> Iterator[str]:
     if setup.case.wear is not None:
-        from fretsolve.problem.setup.wear_warnings import wear_warnings  # few cases have wear
-
         yield from wear_warnings(setup)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,11 @@ from fretsolve.problem.setup.picked_settings import AREA_MARGIN, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, model_of_forms
 from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.reference.worn_contact import WornLimit
-from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.result import Result
+
 
 INSET, SPREAD = 0.11, 0.04
 """Radius of the area of the cells that stick, less the radius of the zone that they stand for, over a cell's side, and
@@ -139,8 +142,6 @@ def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_stick_cells(setup: ProblemSetup, cycles: Sequence[WornCycle]) -> str | None:
     """Warn if cells that stick or slip as a whole are likely to change the worn volume by more than the tolerance."""
-    from fretsolve.problem.setup.wear_warnings import expected_error  # few cases have wear
-
     grid, case = setup.grid, setup.case
     for cycle in cycles:
         if cycle.limit is None:

@@ -18,7 +18,7 @@ from fretsolve.sweep.quantity import NAMES, StageQuantity, place_of
 from fretsolve.sweep.study.plan import StudyPlan, words
 from fretsolve.sweep.table import Column, column, require_own_hdf5, write_table_csv, write_table_hdf5
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.foreign_files import PICTURE_MARK, require_own
+from fretsolve.system.files import PICTURE_MARK, require_own
 
 SIGNED = {*(name for pair in PAIRS[1:] for name in pair), *(name for name in NAMES if "_center_" in name)}
 """Quantities that go through 0: components of the load other than the normal one, and middles of the zones."""

@@ -18,7 +18,7 @@ from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import all_parts, all_states, parts_folder
 from fretsolve.result.writer import STATES_KEPT
 from fretsolve.system import atomic_files
-from fretsolve.system.foreign_files import dataset_names
+from fretsolve.system.hdf5_files import dataset_names
 
 
 @pytest.fixture()

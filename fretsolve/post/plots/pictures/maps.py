@@ -40,7 +40,7 @@ from fretsolve.post.plots.snapshot import (
 from fretsolve.result import Result
 from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
-from fretsolve.system.foreign_files import PICTURE_MARK
+from fretsolve.system.files import PICTURE_MARK
 
 MAP_FIELDS = ("pressure", "shear", "slip", "zone", "work_density")
 """The panels by default; an animation has the first two."""
