@@ -7,6 +7,7 @@ arose is added by whoever knows the file (`fretsolve.case.source`), as ``FILE:LI
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 EXIT_BUG = 70
@@ -33,6 +34,25 @@ class CaseError(FretsolveError):
     """The case file or the command line is wrong (exit code 2)."""
 
     exit_code = 2
+
+
+class CaseErrors(CaseError):  # noqa: N818 - a plural
+    """Several problems of one case file, one line each."""
+
+    def __init__(self, problems: Collection[CaseError]):
+        first, *_ = self.problems = tuple(problems)
+        super().__init__(first.message, first.key, first.file, first.line)
+
+    def __reduce__(self) -> tuple[type[CaseErrors], tuple[tuple[CaseError, ...]]]:
+        return type(self), (self.problems,)
+
+    def __str__(self) -> str:
+        return "\n".join(str(problem) for problem in self.problems)
+
+
+def together(problems: Sequence[CaseError]) -> CaseError:
+    """Return one error for one or several problems."""
+    return problems[0] if len(problems) == 1 else CaseErrors(problems)
 
 
 class PictureError(FretsolveError):

@@ -14,11 +14,10 @@ from pydantic import BaseModel, ValidationError
 from fretsolve.case.keys.output_spec import Material
 from fretsolve.case.keys.unrolled_path import stage_key, stage_keys
 from fretsolve.case.models import Case
-from fretsolve.case.problems import CaseErrors, nearest_key, together, translated
 from fretsolve.case.quantities import shown
-from fretsolve.case.schema import model_schema
+from fretsolve.case.schema import model_schema, nearest_key, translated
 from fretsolve.case.source import CaseSource, Override, Place, parse, read_text
-from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath, dotted, together
 
 File = TypeVar("File", bound=BaseModel)
 

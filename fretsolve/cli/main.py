@@ -195,7 +195,7 @@ def show(**options: Any) -> int:
     """
     if options["as_json"] and options["as_csv"]:
         raise click.UsageError("--json and --csv exclude each other.")
-    from fretsolve.cli.commands.show import show_result
+    from fretsolve.cli.commands.output import show_result
 
     return show_result(**options)
 
@@ -285,7 +285,7 @@ def export(**options: Any) -> int:
     npz   for NumPy: history and fields.
     heights  for another case: worn depth and worn separation after the last increment, or that of --step, as maps.
     """
-    from fretsolve.cli.commands.export import export_result
+    from fretsolve.cli.commands.output import export_result
 
     return export_result(**options)
 

@@ -19,8 +19,7 @@ from fretsolve.contact.zones.area_contact import UNMEASURED, AreaContact
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
-from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid
-from fretsolve.problem.friction.weakening import require_stable
+from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.surface import is_mirrored, map_border, map_spans
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach

@@ -10,9 +10,8 @@ from typing import get_args
 
 from fretsolve.case.keys.body_specs import HeightsSurface
 from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case, validated
-from fretsolve.case.problems import CaseErrors
 from fretsolve.case.source import CaseSource, Override
-from fretsolve.errors import CaseError, FileError, KeyPath
+from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath
 from fretsolve.problem.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
 from fretsolve.problem.setup.problem import ProblemSetup, compiling_pays
 from fretsolve.result import RunHeader

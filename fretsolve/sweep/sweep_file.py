@@ -17,10 +17,9 @@ from pydantic import Discriminator, Field, StrictBool, StrictFloat, StrictInt, T
 
 from fretsolve.case.base import CaseModel, Count, refused_at
 from fretsolve.case.loading import EVERY_STAGE
-from fretsolve.case.problems import CaseErrors, together
 from fretsolve.case.quantities import QuantityError, shown, split_quantity
 from fretsolve.case.source import CaseSource, parse
-from fretsolve.errors import CaseError, FileError, KeyPath, dotted
+from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath, dotted, together
 from fretsolve.sweep import MOST_CASES
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import require_regular

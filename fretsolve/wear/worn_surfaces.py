@@ -19,7 +19,7 @@ from fretsolve.contact.increment.increment import SOLVER_TOLERANCE_SHARE, Increm
 from fretsolve.contact.increment.states import InitialState
 from fretsolve.contact.solvers.rigid_modes import TangentialModes
 from fretsolve.errors import ContactLostError, NotConvergedError
-from fretsolve.problem.friction.weakening import cycles_of_little_change
+from fretsolve.problem.friction.limit import cycles_of_little_change
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment, LoadPath
 from fretsolve.problem.setup.wear_law import WearLaw, owed, rate_over_jump, rates_of

@@ -14,9 +14,8 @@ from pathlib import Path
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.output_spec import KINDS
 from fretsolve.case.other_names import nearest
-from fretsolve.case.problems import together
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
 from fretsolve.post.fatigue.averaging import Average
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue

@@ -22,7 +22,7 @@ from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress, bodies_of
 from fretsolve.post.stress.tractions import cycle_stages
 from fretsolve.system.arrays import DoubleArray
-from fretsolve.system.working_folder import working_folder
+from fretsolve.system.atomic_files import working_folder
 
 CLOSED_WITHIN = 0.01
 """The share of its range by which a closed cycle may miss its beginning."""

@@ -1,18 +1,34 @@
-"""The friction limit of each cell as a function of its pressure, and the law that fixes it for each increment."""
+"""The friction limit of each cell as a function of its pressure, the law that fixes it for each increment, and slip.
+
+Friction may change with slip: does slip run away, and over how many cycles does friction stay nearly constant? In an
+increment friction is fixed, so there is always one solution. Over many small increments the slip of a contact that
+slides as a whole grows by itself once the largest eigenvalue of A diag(w) reaches 1. A is the tangential compliance of
+the cells in contact and w the fall of the friction limit per slip. Beyond, the result depends on the increments.
+Warnings tell of friction with which a run ends, or stops repeating a cycle, earlier than one may expect.
+"""
 
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from fretsolve.case.dimensions import percent
+from fretsolve.case.expression import Expression
 from fretsolve.case.keys.friction_spec import FrictionSpec
+from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.case.models import Case
+from fretsolve.errors import WeakeningError, dotted
 from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.model.materials import Orthotropy
+from fretsolve.reference.hertz import HertzContact
 from fretsolve.result.state import Fields
-from fretsolve.system.arrays import TINY, BoolArray, FloatArray
+from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray
 
 MOST_GROWTH = 10.0
 """Cap on mu(p)/mu, which would diverge as p goes to 0."""
@@ -119,4 +135,163 @@ class FrictionOnGrid:
             "the contact reaches places of which the map gives no coefficient, beyond its end or in its holes, as at"
             f" x = {grid.x[i]:.4g} mm, y = {grid.y[j]:.4g} mm; take a map that covers the contact",
             ("friction", "map"),
+        )
+
+
+Tangential = Callable[[DoubleArray, DoubleArray], object]
+"""Writes the displacement by a shear traction, both (2, nx, ny), to its second argument."""
+
+CLOSE = 1e-3
+"""Change in a power step at which the eigenvalue is known well enough."""
+
+OF_PRESSURE, OF_PRESSURE_SQUARED = 1.300, 1.082
+"""Eigenvalue over w0 a S/4 where the fall goes with Hertz's pressure and with its square, w0 in the middle; by
+`largest_growth` on 128 x 128 points."""
+
+
+MOST_CHANGE = 0.05
+"""Change of the coefficient over such cycles, over the largest coefficient."""
+
+
+def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit) -> DoubleArray | None:
+    """Return by how much the friction limit falls per slip (MPa/mm), (nx, ny); None where it does not fall.
+
+    pressure: at the increment's start (MPa); friction: its limit in the increment. The shear limit holds whatever the
+    coefficient is.
+    """
+    if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return None
+    pressure = pressure.astype(np.float64)
+    limit, per_coefficient = (
+        one.limit(pressure) for one in (friction, replace(friction, coefficient=1.0, shear_limit=math.inf))
+    )
+    fall = per_coefficient * (friction.coefficient - spec.final)
+    fall *= 1.0 / spec.slip if spec.slip else limit / (spec.energy or 1.0)
+    return np.where(limit < friction.shear_limit, fall, 0.0)
+
+
+def largest_growth(fall: DoubleArray, tangential: Tangential) -> float:
+    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form; tangential: applies A."""
+    root = np.sqrt(fall)
+    vector, found = root / max(float(np.linalg.norm(root)), TINY), 0.0
+    shear, moved = np.zeros((2, *fall.shape)), np.zeros((2, *fall.shape))
+    for _ in range(30):
+        shear[0] = root * vector
+        tangential(shear, moved)
+        image = root * moved[0]
+        before, found = found, float(np.vdot(vector, image))
+        vector = image / max(float(np.linalg.norm(image)), TINY)
+        if abs(found - before) <= CLOSE * found:
+            break
+    return found
+
+
+def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float) -> float:
+    """Return the eigenvalue on Hertz's contact of a sphere before any slip; 0 where friction does not fall, or falls
+    neither with the pressure nor with its square. compliance: the tangential one (1/MPa)."""
+    if spec.initial is None or spec.final is None or spec.final >= spec.initial:
+        return 0.0
+    if spec.exponent is not None or (spec.shear_limit or math.inf) < spec.initial * hertz.max_pressure:
+        return 0.0
+    drop, arm = (spec.initial - spec.final) * hertz.max_pressure, 0.25 * compliance * hertz.contact_radius
+    if spec.slip:
+        return OF_PRESSURE * drop / spec.slip * arm
+    return OF_PRESSURE_SQUARED * drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * arm
+
+
+def require_stable(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit, tangential: Tangential) -> None:
+    """Raise WeakeningError where friction falls so fast that slip may run away, unless the case allows it.
+
+    pressure, friction: as for `fall_per_slip`; tangential: as for `largest_growth`.
+    """
+    fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, friction)
+    if fall is None or not fall.any():
+        return
+    growth = largest_growth(fall, tangential)
+    if growth >= 1.0:
+        over = "slip" if spec.slip else "energy"
+        raise WeakeningError(
+            f"friction falls too fast with slip: the fall of the friction limit is {growth:.3g} times what the elastic"
+            f" surfaces hold against it, so that slip runs away and depends on the increments; a larger friction.{over}"
+            " is needed, or weakening: allow"
+        )
+
+
+def cycles_of_little_change(
+    spec: FrictionSpec, cycles: float, fields: Fields, energy: FloatArray, path: FloatArray
+) -> float:
+    """Return the number of cycles, at least 1, over which no cell's coefficient changes much; infinite for any.
+
+    A cell that dissipates half as much as the one that dissipates most may change twice as much.
+
+    cycles, fields: at the end of the last cycle; energy: dissipated per area (mJ/mm^2), path: of slip (mm) in it.
+    """
+    if spec.initial is not None and spec.final is not None:
+        largest, drop = max(spec.initial, spec.final), abs(spec.final - spec.initial)
+        scale = spec.slip or spec.energy or 1.0
+        so_far, more = (fields.slip_path, path) if spec.slip else (fields.work_density, energy)
+        # a cell counts by what it dissipates: of those that have just come into contact there are always some
+        weight = energy / max(float(energy.max()), sys.float_info.min)
+        in_a_cycle = float((weight * drop * np.exp(-so_far / scale) * more / scale).max())
+        return max(1.0, MOST_CHANGE * largest / in_a_cycle) if in_a_cycle > 0.0 else math.inf
+    for (before, low), (after, high) in pairwise(spec.cycles or ()):
+        if cycles < before:
+            return max(1.0, before - cycles)
+        if cycles < after and low != high:
+            in_a_cycle = abs(high - low) / (after - before)
+            return max(1.0, min(after - cycles, MOST_CHANGE * max(low, high) / in_a_cycle))
+        if cycles < after:
+            return max(1.0, after - cycles)
+    return math.inf
+
+
+def friction_warnings(
+    spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | None, compliance: float
+) -> Iterator[str]:
+    """Yield one sentence per warning; hertz: the largest contact; compliance: the tangential one (1/MPa)."""
+    if hertz is not None and hertz.is_circle and spec.weakening != "allow":
+        yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
+    if spec.initial is not None or len(spec.cycles or ()) > 1:
+        yield from _about_periodic_cycles(stages)
+    if spec.expression is not None:
+        yield from _about_infinite_friction(spec.expression)
+
+
+def largest_share(spec: FrictionSpec, Qx: float, Qy: float) -> float:
+    """Return what friction carries at most of P in the direction of a force, where no closed form says so; else inf."""
+    if spec.pair is not None:
+        scaled = Orthotropy.of(spec.pair, spec.angle or 0.0).inverse.times(np.array([Qx, Qy]))
+        length = math.hypot(*scaled)
+        return math.sqrt(spec.pair[0] * spec.pair[1]) * math.hypot(Qx, Qy) / length if length else math.inf
+    if spec.initial is not None and spec.final is not None and spec.exponent is None:
+        return max(spec.initial, spec.final)
+    return math.inf
+
+
+def _about_weakening(spec: FrictionSpec, growth: float) -> Iterator[str]:
+    if growth < 1.0:
+        return
+    name, unit, value = ("slip", "mm", spec.slip) if spec.slip else ("energy", "mJ/mm^2", spec.energy)
+    yield (
+        f"friction.{name}: friction falls {growth:.3g} times as fast with slip as the elastic surfaces hold against it,"
+        f" which ends the run; {growth * (value or 0.0):.3g} {unit} or more would not, nor weakening: allow"
+    )
+
+
+def _about_infinite_friction(formula: str) -> Iterator[str]:
+    middle = np.zeros(1)
+    if np.isinf(Expression(formula)(x=middle, y=middle, r=middle)).any():
+        yield (
+            "friction.expression: the coefficient is infinite at x = y = 0, and the mean over a cell there depends on"
+            " the cell's size; bound it, as in min(..., 1)"
+        )
+
+
+def _about_periodic_cycles(stages: Sequence[Stage]) -> Iterator[str]:
+    passes = (stage.cycle for stage in stages if stage.cycle is not None)
+    cycle = next((one for one in passes if one.until is not None), None)
+    if cycle is not None:
+        yield (
+            f"{dotted((*cycle.key, 'until'))}: friction changes from cycle to cycle, and one that changes by less"
+            f" than {percent(cycle.until or 0.0)} counts as periodic before friction has run in; times runs so many"
         )

@@ -21,7 +21,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.keys.body_specs import PunchSurface
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import KeyPath, dotted
-from fretsolve.problem.friction.weakening import friction_warnings, largest_share
+from fretsolve.problem.friction.limit import friction_warnings, largest_share
 from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.problem.model.surface import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes

@@ -10,8 +10,7 @@ import yaml
 
 import fretsolve
 from fretsolve.case.loading import read_case
-from fretsolve.case.problems import CaseErrors
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, CaseErrors
 
 DATA = {
     "bodies": ("rigid", {"young_modulus": "200 GPa", "poisson_ratio": np.float64(0.3)}),

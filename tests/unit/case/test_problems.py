@@ -10,8 +10,7 @@ import yaml
 from small_cases import case_error, write_case
 
 from fretsolve.case.loading import load_case
-from fretsolve.case.problems import CaseErrors
-from fretsolve.errors import FileError
+from fretsolve.errors import CaseErrors, FileError
 
 CASE = """\
 title: similar bodies

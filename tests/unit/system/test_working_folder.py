@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from command_line import ended, start_python, wait_for
 
-from fretsolve.system.working_folder import working_folder
+from fretsolve.system.atomic_files import working_folder
 
 CODE = """
 import sys, time
 from pathlib import Path
-from fretsolve.system.working_folder import working_folder
+from fretsolve.system.atomic_files import working_folder
 with working_folder(Path(sys.argv[1])) as folder:
     (folder / "stress.h5").touch()
     while True:  # a signal just before a long sleep would wait for its end

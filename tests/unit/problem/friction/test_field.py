@@ -14,7 +14,7 @@ from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.models import Case
 from fretsolve.errors import FileError
 from fretsolve.problem.friction.law import LARGEST_ESTIMATE, FrictionField, friction_field
-from fretsolve.problem.friction.weakening import friction_warnings, largest_share
+from fretsolve.problem.friction.limit import friction_warnings, largest_share
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.height_map import HeightMap
 

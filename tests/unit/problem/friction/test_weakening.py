@@ -14,8 +14,7 @@ from fretsolve import run
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.errors import WeakeningError
-from fretsolve.problem.friction.limit import FrictionOnGrid
-from fretsolve.problem.friction.weakening import cycles_of_little_change, fall_per_slip, largest_growth
+from fretsolve.problem.friction.limit import FrictionOnGrid, cycles_of_little_change, fall_per_slip, largest_growth
 from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.result.state import Fields, nothing
