@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -215,25 +214,6 @@ NEAREST_ANGLE = 1e-9
 """Angle between a point of the rounded punch and the end of its flat, where two infinite terms cancel, at least."""
 
 
-class LineContact(Protocol):
-    """A symmetric line contact: load (N/mm), half-width a (mm), largest pressure (MPa)."""
-
-    @property
-    def load(self) -> float: ...
-
-    @property
-    def half_width(self) -> float: ...
-
-    @property
-    def max_pressure(self) -> float: ...
-
-    def pressure(self, x: DoubleArray) -> DoubleArray:
-        """Return the pressure at `x` from the middle; 0 outside."""
-
-    def under(self, load: float) -> LineContact:
-        """Return the contact of the same bodies at another load > 0."""
-
-
 @dataclass(frozen=True)
 class HertzLine:
     """A cylinder of `radius` pressed on a plane by `load` > 0 (N/mm): a^2 = 4 P R/pi E*, p0 = 2 P/pi a."""
@@ -323,6 +303,10 @@ class RoundedPunch:
     def under(self, load: float) -> RoundedPunch:
         """Return the contact at another load > 0."""
         return RoundedPunch(load, self.flat, self.radius, self.contact_modulus)
+
+
+LineContact = HertzLine | RoundedPunch
+"""A symmetric line contact: load (N/mm), half-width a (mm), largest pressure (MPa)."""
 
 
 def _less_sine(angle: float) -> float:

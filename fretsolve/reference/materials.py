@@ -72,16 +72,12 @@ NAMES = tuple(one.name for one in LIBRARY)
 
 def material_named(name: str) -> LibraryMaterial | None:
     """Return the material of a name, None if there is none. Capitals, spaces and dashes do not matter."""
-    return _by_name().get(_plain(name))
+    return next((one for one in LIBRARY if _plain(name) in map(_plain, (one.name, *one.others))), None)
 
 
 def every_name() -> tuple[str, ...]:
     """Return all names that `material_named` knows."""
     return tuple(name for one in LIBRARY for name in (one.name, *one.others))
-
-
-def _by_name() -> dict[str, LibraryMaterial]:
-    return {_plain(name): one for one in LIBRARY for name in (one.name, *one.others)}
 
 
 def _plain(name: str) -> str:

@@ -1,6 +1,8 @@
 """Carry out ``fretsolve stress`` and ``fretsolve fatigue``: compute files from a result, and print the largest values.
 
 Stresses lie below the surface; fatigue parameters are over the last cycle of a result.
+
+Functions here raise CaseError and FileError.
 """
 
 from __future__ import annotations
@@ -113,10 +115,7 @@ class StressOptions(FileOptions):
 
 
 def stress_of_result(options: StressOptions) -> int:
-    """Compute the stresses of a result, write them and print the largest ones. Return the exit code.
-
-    Raises CaseError, FileError.
-    """
+    """Compute the stresses of a result, write them and print the largest ones. Return the exit code."""
     needed = "a depth is the distance from the surface into a body"
     depths = [length_of("--depth", text, needed) for text in options.depths]
     with open_result(options.out) as result:
@@ -140,10 +139,7 @@ def write_with_messages(tractions: TractionHistory, request: StressRequest, orde
 def compute_with_messages(
     tractions: TractionHistory, request: StressRequest, order: FileOrder
 ) -> dict[Key, list[Peak]]:
-    """Write the stresses that a request asks for, with warnings and a bar on a terminal, and return the largest ones.
-
-    Raises CaseError, FileError.
-    """
+    """Write the stresses that a request asks for, with warnings and a bar, and return the largest ones."""
     path, target = tractions.result.path, order.target
     require_utf8(path.name, path)
     if (problem := memory_problem(request, order.threads, order.advice)) is not None:
@@ -247,10 +243,7 @@ class FatigueOptions(FileOptions):
 
 
 def fatigue_of_result(options: FatigueOptions) -> int:
-    """Compute fatigue parameters, write them and print the worst places. Return the exit code.
-
-    Raises CaseError, FileError.
-    """
+    """Compute fatigue parameters, write them and print the worst places. Return the exit code."""
     request = FatigueRequest(
         read_material(options.material),
         _criteria(options.criteria),
@@ -275,10 +268,7 @@ def fatigue_of_result(options: FatigueOptions) -> int:
 
 
 def write_fatigue_with_messages(tractions: TractionHistory, request: FatigueRequest, order: FileOrder) -> None:
-    """Compute the stresses of the last cycle and write the parameters, with bars, warnings and the worst places.
-
-    Raises CaseError, FileError.
-    """
+    """Compute the stresses of the last cycle and write the parameters, with bars, warnings and the worst places."""
     with writing(order.target), stresses_beside(order.target) as stresses:
         needed = stresses_of_cycle(tractions, request)
         compute_with_messages(tractions, needed, replace(order, target=stresses, exclusive=True))

@@ -1,4 +1,7 @@
-"""Carry out ``fretsolve new``, ``fretsolve materials`` and ``fretsolve schema``, which help to write a case."""
+"""Carry out ``fretsolve new``, ``fretsolve materials`` and ``fretsolve schema``, which help to write a case.
+
+Functions here raise CaseError and FileError.
+"""
 
 from __future__ import annotations
 
@@ -45,10 +48,7 @@ def _heights() -> str:
 
 
 def print_schema(path: Path | None, *, overwrite: bool) -> int:
-    """Print the JSON Schema of the case file, or write it and print its path; return the exit code.
-
-    Raises CaseError, FileError.
-    """
+    """Print the JSON Schema of the case file, or write it and print its path; return the exit code."""
     if path is not None:
         require_ending(path, "a JSON Schema", ".json")
         require_free(path, overwrite=overwrite)

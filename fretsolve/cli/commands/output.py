@@ -1,4 +1,7 @@
-"""Carry out ``fretsolve show`` and ``fretsolve export``: print a result, or write it as files for other programs."""
+"""Carry out ``fretsolve show`` and ``fretsolve export``: print a result, or write it as files for other programs.
+
+Functions here raise CaseError and FileError.
+"""
 
 from __future__ import annotations
 
@@ -154,10 +157,7 @@ def export_result(out: Path, file_format: str, target: Path | None, steps: Seque
 def _export_volumes(
     computed: ComputedFile, out: Path, file_format: str, target: Path | None, steps: Sequence[int], *, overwrite: bool
 ) -> int:
-    """Write an open file of stresses or fatigue parameters as volumes, and print the name. Return the exit code.
-
-    Raises CaseError, FileError.
-    """
+    """Write an open file of stresses or fatigue parameters as volumes, and print the name. Return the exit code."""
     what = "stresses" if computed.kind == "stress" else "fatigue parameters"
     if file_format != "vtk":
         raise CaseError(f"{what} can be exported to vtk, not to {file_format}; the file itself is HDF5", (), out)

@@ -1,4 +1,7 @@
-"""Carry out ``fretsolve run``: solve a case, save each increment soon, and write the side outputs that it asks for."""
+"""Carry out ``fretsolve run``: solve a case, save each increment soon, and write the side outputs that it asks for.
+
+Functions here raise CaseError and FileError.
+"""
 
 from __future__ import annotations
 
@@ -84,10 +87,7 @@ def run_case(
 
 
 def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> ProblemSetup:
-    """Return the setup of the case in the file `case` if this machine can solve it and write it to `out`.
-
-    Raises CaseError, FileError.
-    """
+    """Return the setup of the case in the file `case` if this machine can solve it and write it to `out`."""
     require_other(out, case, "the case itself")
     for height_map in height_maps(loaded):
         require_other(out, height_map, "a height map of the case")

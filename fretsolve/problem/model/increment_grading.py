@@ -101,13 +101,8 @@ class EdgeLaws:
     stick_ratio: Callable[[DoubleArray], DoubleArray]
 
 
-def _line_stick_ratio(fraction: DoubleArray) -> DoubleArray:
-    """Return c/a of a cylinder under Q = fraction mu P (Cattaneo): sqrt(1 - fraction)."""
-    return np.sqrt(1.0 - np.minimum(fraction, 1.0))
-
-
 SPHERE = EdgeLaws(1.0 / 3.0, 0.5, mindlin_stick_ratio)
-LINE = EdgeLaws(0.5, 0.5, _line_stick_ratio)
+LINE = EdgeLaws(0.5, 0.5, lambda fraction: np.sqrt(1.0 - np.minimum(fraction, 1.0)))  # Cattaneo
 
 
 def stage_gradings(friction: float, imposed: Sequence[Loads], laws: EdgeLaws = SPHERE) -> Iterator[StageGrading]:

@@ -43,7 +43,8 @@ class LineClosedForms(ClosedForms):
         pressed = [load.get("P") != 0.0 for load in self.loads]
         if any(here and contact is None for here, contact in zip(pressed, self.contacts, strict=True)):
             return None
-        return max(filter(None, self.contacts), key=lambda contact: contact.load, default=None)
+        known: list[LineContact] = [contact for contact in self.contacts if contact is not None]
+        return max(known, key=lambda contact: contact.load, default=None)
 
     @property
     def source(self) -> str:
