@@ -24,7 +24,6 @@ from typing import Any, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_erosion, map_coordinates
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.body_specs import HDF5_SUFFIXES, HeightsSurface
@@ -77,6 +76,8 @@ class HeightMap:
 
     def sample(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
         """Return the separation (nx, ny) at ascending `x` (nx,), `y` (ny,) in mm, +inf off the map and around holes."""
+        from scipy.ndimage import map_coordinates
+
         (u, rows), (v, columns) = self._coordinates(x, 0), self._coordinates(y, 1)
         points, holes = np.array(np.meshgrid(u, v, indexing="ij")), ~np.isfinite(self.values)
         heights = map_coordinates(np.where(holes, 0.0, self.values), points, order=1, mode="nearest")
@@ -88,6 +89,8 @@ class HeightMap:
 
     def border(self, x: DoubleArray, y: DoubleArray) -> BoolArray:
         """Return the cells (nx, ny) at `x` (nx,), `y` (ny,) that are the last before the map ends within the grid."""
+        from scipy.ndimage import binary_erosion
+
         on_map = np.zeros((x.size, y.size), dtype=bool)
         on_map[self._coordinates(x, 0)[1], self._coordinates(y, 1)[1]] = True
         inner: BoolArray = binary_erosion(on_map, border_value=1)  # beyond the grid counts as on the map
