@@ -53,7 +53,7 @@ RESULTS = {
 PICTURES = "fretsolve.post.plots"
 CLOSED_FORMS = tuple(
     f"fretsolve.reference.{name}"
-    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "line", "line_slip", "worn_contact")
+    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "line_slip", "worn_contact")
 )
 
 
