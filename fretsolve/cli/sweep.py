@@ -19,7 +19,6 @@ from fretsolve.cli.command_line import (
     repeatable_option,
 )
 from fretsolve.post.plots import Sheet
-from fretsolve.sweep import MOST_CASES
 from fretsolve.system.signals import StopRequest
 
 
@@ -39,6 +38,8 @@ def _engine(context: click.Context, parameter: click.Parameter, value: str) -> s
 
 def _indices(context: click.Context, parameter: click.Parameter, value: str) -> list[int]:
     """Read numbers from a text such as ``3,7-9``."""
+    from fretsolve.sweep import MOST_CASES
+
     found: list[int] = []
     for part in value.split(","):
         match = re.fullmatch(r"\s*(\d{1,9})(?:-(\d{1,9}))?\s*", part)
