@@ -122,7 +122,11 @@ AT_THE_LIMIT = Family(
     "gross slip: exit 3",
     tuple(
         Probe(
-            f"{name} Q/mu P {share!r}", sheared(share, bodies=bodies), refused=SlidingError, says="mu P = 40 N.*delta_x"
+            f"{name} Q/mu P {share!r}",
+            sheared(share, bodies=bodies),
+            refused=SlidingError,
+            says="mu P = 40 N.*delta_x",
+            quick=share in (1.0 - 1e-10, 1e6),
         )
         for name, bodies in BODIES.items()
         for share in (1.0 - 1e-10, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 2.0, 1e6)

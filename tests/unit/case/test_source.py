@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from pathlib import Path
 
 import pytest
@@ -191,11 +190,6 @@ def test_byte_order_mark_is_no_part_of_the_text(tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_bytes(b"\xef\xbb\xbfa: \xc2\xb5m\n")
     assert read_text(path) == "a: µm\n"
-
-
-def test_source_survives_pickling() -> None:
-    source = CaseSource(Path("case.yaml"), TEXT, parse(TEXT).place)
-    assert pickle.loads(pickle.dumps(source)).locate(("load_path", 0, "Qx")) == 5
 
 
 def test_a_result_in_the_place_of_a_case_is_named_as_such(tmp_path: Path) -> None:

@@ -62,13 +62,6 @@ def test_fall_is_the_derivative_of_the_limit_by_slip(scale, more):
     assert (found == 0.0).any() and (found > 0.0).any()
 
 
-def test_friction_that_rises_does_not_fall():
-    (state,) = solve(grid={"points": 16})
-    rising = FrictionSpec(initial=0.1, final=0.3, slip=2.0)
-    bound = FrictionOnGrid(rising).limit(state.fields)
-    assert fall_per_slip(rising, state.fields.pressure, bound) is None
-
-
 def test_a_shear_limit_below_the_friction_leaves_nothing_to_fall():
     """So that friction is constant where the coefficient alone would end the run."""
     friction = {**FALLING, "final": 0.2, "shear_limit": 1.0}
