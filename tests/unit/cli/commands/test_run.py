@@ -229,7 +229,7 @@ def test_plain_run_loads_nothing_that_other_cases_need(tmp_path: Path) -> None:
     code = (
         "import sys; from fretsolve.cli.main import main; sys.argv = ['fretsolve', 'run', sys.argv[1]]\n"
         "try: main()\nexcept SystemExit: pass\n"
-        "parts = 'wear', 'stress', 'fatigue', 'sweep', 'study', 'simulation.error_bars', 'result.cycles'\n"
+        "parts = 'wear', 'post.stress', 'post.fatigue', 'sweep', 'simulation.error_bars', 'result.cycles'\n"
         "others = *(f'fretsolve.{part}' for part in parts), 'pint', 'matplotlib', 'xarray'\n"
         "print([name for name in others if name in sys.modules])"
     )
