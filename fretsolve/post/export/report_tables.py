@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,9 +13,11 @@ from fretsolve.case.history import FEWEST_SPOT_CELLS
 from fretsolve.post.export.remarks import Spot
 from fretsolve.post.export.selection import first_and_last, relevant_columns, unit_for_people
 from fretsolve.result import Result
-from fretsolve.result.cycles.table import CycleTable
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import hides_energy, pressing_scales
+
+if TYPE_CHECKING:
+    from fretsolve.result.cycles.table import CycleTable  # few results have cycles
 
 NEXT_TO_NOTHING = 1e-3
 """Value over the one that goes with it, below which error bars have not been compared with true errors."""

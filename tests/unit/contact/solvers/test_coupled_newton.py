@@ -53,7 +53,7 @@ def test_strong_friction_needs_it(monkeypatch):
     parts = {
         "bodies": RIGID,
         "friction": 10.0,
-        "grid": {"points": 24, "size": 3.0},
+        "grid": {"points": 32, "size": 3.0},
         "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": 1.0, "increments": 1}],
     }
     last = list(run(build(**parts)))[-1]
