@@ -32,8 +32,10 @@ def test_on_axes_of_the_user_and_without_touching_settings(results: dict[str, Re
     shown = plots.loop(results["torsion"])._repr_png_()
     assert shown.startswith(b"\x89PNG")
     assert dict(matplotlib.rcParams) == before
-    code = "import sys; from fretsolve import open_result; from fretsolve.post import plots; plots.loop(open_result(sys.argv[1]))"
-    assert "matplotlib.pyplot" not in python(f"{code}; print(*sys.modules)", results["torsion"].path)
+    code = "import sys; from fretsolve import open_result as read; from fretsolve.post import plots"
+    assert "matplotlib.pyplot" not in python(
+        f"{code}; plots.loop(read(sys.argv[1])); print(*sys.modules)", results["torsion"].path
+    )
 
 
 def test_widths_of_a_journal_and_those_asked_for(results: dict[str, Result]) -> None:
