@@ -184,7 +184,7 @@ class TestSearch:
         assert (found >= brute * (1.0 - 1e-12)).all()
         np.testing.assert_allclose(found, brute, rtol=2e-3)
 
-    @PLANES
+    @pytest.mark.parametrize("criterion", [findley])
     def test_pruning_keeps_the_worst_point_and_gives_values_everywhere(self, criterion):
         pruned, full = critical_plane.search(criterion(STEEL), random_histories()), refined(criterion)
         assert pruned.value.max() == pytest.approx(full.value.max(), rel=1e-12)
