@@ -54,7 +54,7 @@ def test_strong_friction_needs_it(monkeypatch):
         "bodies": RIGID,
         "friction": 10.0,
         "grid": {"points": 24, "size": 3.0},
-        "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": 1.0, "increments": 1}],
+        "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": 2.0, "increments": 1}],
     }
     last = list(run(build(**parts)))[-1]
     assert last.summary.Qx == pytest.approx(10.0 * LOAD, rel=1e-5)
