@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import RIGID, SIMILAR, build
+from solving import DISSIMILAR, RIGID, SIMILAR, build
 
 from fretsolve import run
 from fretsolve.errors import NotConvergedError
@@ -22,6 +22,17 @@ def test_a_contact_that_moves_by_more_than_its_size(points):
     y = set_up(build(**parts, grid={"points": points}, load_path=path)).grid.y
     assert 0.5 * (y[columns[0]] + y[columns[-1]]) == pytest.approx(0.5, abs=y[1] - y[0])
     assert last.summary.Mx == pytest.approx(100.0, rel=1e-6)
+
+
+def test_a_contact_that_grows_beyond_the_cells_around_the_last_one():
+    grid = {"points": 96, "size": 1.0}
+    *_, grown = run(
+        build(bodies=DISSIMILAR, grid=grid, load_path=[{"P": load, "increments": 1} for load in (0.1, 400.0)])
+    )
+    (at_once,) = run(build(bodies=DISSIMILAR, grid=grid, load_path=[{"P": 400.0, "increments": 1}]))
+    peak = at_once.summary.max_pressure
+    np.testing.assert_allclose(grown.fields.pressure, at_once.fields.pressure, atol=2e-3 * peak)
+    assert grown.summary.residual_gap <= 1e-6
 
 
 def test_strong_friction_and_coupling():
