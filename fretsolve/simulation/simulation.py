@@ -26,9 +26,8 @@ from fretsolve.problem.model.surface import is_mirrored, map_border, map_spans
 from fretsolve.problem.setup.contact_size import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
-from fretsolve.simulation.contact_search import contact_size
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.problem_setup import contact_size, set_up
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
 
 if TYPE_CHECKING:

@@ -21,9 +21,8 @@ from fretsolve.post.fatigue.criteria import (
     swt,
 )
 from fretsolve.post.fatigue.critical_plane import PlaneField
-from fretsolve.post.fatigue.names import CRITERIA
-from fretsolve.post.fatigue.planes import PlaneCriterion
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import PlaneCriterion, smallest_ball
+from fretsolve.post.names import CRITERIA
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.system.arrays import DoubleArray
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.contact.kernels.contact_kernels import ON_ANY_GRID, GridKernels
+from fretsolve.contact.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
 from fretsolve.problem.friction.limit import FrictionLimit

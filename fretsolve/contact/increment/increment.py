@@ -14,7 +14,7 @@ from fretsolve.contact.increment.failures import ADVICE, TOO_FEW_DIGITS, require
 from fretsolve.contact.increment.grid_hierarchy import GridLevel
 from fretsolve.contact.increment.staggered_iteration import StaggeredIteration
 from fretsolve.contact.increment.states import InitialState, WorkingState
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.elastic.kernels import NUMPY, Kernels
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError, NotConvergedError, SlidingError

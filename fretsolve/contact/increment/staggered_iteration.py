@@ -18,11 +18,10 @@ from fretsolve.contact.increment.failures import (
 from fretsolve.contact.increment.grid_hierarchy import MOST_DIRECT_STRIPS, GridLevel
 from fretsolve.contact.increment.sheared_surfaces import ShearedSurfaces
 from fretsolve.contact.increment.states import FIRST_TOLERANCE, InitialState, WorkingState
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import add_displacement
-from fretsolve.contact.solvers.limit_load import at_the_limit, load_factor
 from fretsolve.contact.solvers.normal import SolverResult
-from fretsolve.contact.solvers.rigid_modes import largest_error
+from fretsolve.contact.solvers.rigid_modes import at_the_limit, largest_error, load_factor
 from fretsolve.contact.solvers.tangential import SlipScales
 from fretsolve.elastic.rounding import LEAST_MOTION, ROUNDING, circle_width, least_slip, slips
 from fretsolve.errors import ContactLostError, NotConvergedError

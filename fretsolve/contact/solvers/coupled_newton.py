@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.coupled_equations import CoupledEquations
 from fretsolve.contact.solvers.normal import grown
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes

@@ -17,11 +17,11 @@ from functools import cache, cached_property
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.coupled_newton import CoupledProblem
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes
-from fretsolve.elastic.line_operator import strip_influence
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.operator_on_grid import strip_influence
 from fretsolve.elastic.rounding import circle_width, slips
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import LineGrid

@@ -17,8 +17,8 @@ import numpy as np
 
 from fretsolve.contact.solvers.normal import SolverResult
 from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
-from fretsolve.elastic.line_operator import strip_influence
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.operator_on_grid import strip_influence
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray

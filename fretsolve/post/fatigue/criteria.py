@@ -19,8 +19,7 @@ import numpy as np
 
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.post.fatigue.critical_plane import search
-from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, traction_rows
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, smallest_ball, traction_rows
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 POINTS_AT_ONCE = 2**18

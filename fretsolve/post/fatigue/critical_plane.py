@@ -18,8 +18,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, scan_normals, traction_rows, upright
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import (
+    Combine,
+    PlaneCriterion,
+    in_plane_axes,
+    scan_normals,
+    smallest_ball,
+    traction_rows,
+    upright,
+)
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 SCAN_STEP = 10.0

@@ -15,9 +15,9 @@ from fretsolve import __version__
 from fretsolve.case.models import Case
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.post.fatigue.critical_plane import SCAN_STEP
-from fretsolve.post.fatigue.names import WORST_NAMES, dataset_name, fatigue_path
 from fretsolve.post.fatigue.request import case_request, stresses_of_cycle
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, opening_of, stresses_beside
+from fretsolve.post.names import WORST_NAMES, dataset_name, fatigue_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
 from fretsolve.post.stress.request import is_outermost
 from fretsolve.post.stress.stress_file import write_stress

@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import maximum_filter
 
+from fretsolve.post.names import INVARIANTS, Invariant
 from fretsolve.post.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells, in_blocks, merged
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.invariants import invariant, largest
 from fretsolve.post.stress.layers import LayerConvolution, LayerKernels
-from fretsolve.post.stress.names import INVARIANTS, Invariant
 from fretsolve.post.stress.request import Layer, StressRequest, cell_centres, is_outermost
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, ComplexArray, DoubleArray

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.case.keys.output_spec import StressSpec
+from fretsolve.post.names import PEAK_NAMES, Invariant, stress_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
 from fretsolve.post.stress.influence import COMPONENTS, Body, Component
 from fretsolve.post.stress.invariants import MEANINGS
-from fretsolve.post.stress.names import PEAK_NAMES, Invariant, stress_path
 from fretsolve.post.stress.peaks import Key, Peak, PeakSearch
 from fretsolve.post.stress.request import StressRequest, case_request, cell_centres, layers
 from fretsolve.post.stress.tractions import TractionHistory

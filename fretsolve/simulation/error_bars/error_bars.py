@@ -22,12 +22,15 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
-from fretsolve.simulation.error_bars.cells import Cells
-from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
-from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, TOTAL, CoarseRuns, at_point, values_of
-from fretsolve.simulation.error_bars.floors import floors
-from fretsolve.simulation.error_bars.hidden import hidden_in_annulus
-from fretsolve.simulation.error_bars.shear_path import ShearPath, torque_arm
+from fretsolve.simulation.error_bars.coarse_runs import (
+    CORRECTABLE,
+    TOTAL,
+    CoarseRuns,
+    at_point,
+    slipping_stages,
+    values_of,
+)
+from fretsolve.simulation.error_bars.floors import Cells, ShearPath, floors, hidden_in_annulus, torque_arm
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray

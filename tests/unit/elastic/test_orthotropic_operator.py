@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from fretsolve.elastic.influence import KernelSpectrum
-from fretsolve.elastic.line_operator import LineOperator
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.operator_on_grid import OrthotropicOperator, operator_on
+from fretsolve.elastic.operator_on_grid import LineOperator, OrthotropicOperator, operator_on
 from fretsolve.problem.model.grid import Grid, LineGrid
 from fretsolve.problem.model.materials import Compliances, Orthotropy
 from fretsolve.problem.model.required_terms import Terms

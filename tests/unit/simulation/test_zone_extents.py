@@ -8,8 +8,8 @@ from solving import FRICTION, HERTZ, LOAD, MATERIAL, A, grid_of, solve, solve_la
 from test_zone_areas import UNIT, line_contact
 from zones import contact_size
 
+from fretsolve.contact.zones.area_contact import Extent, ZoneSize, _farthest, zone_sizes
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.contact.zones.zone_sizes import Extent, ZoneSize, _farthest, zone_sizes
 from fretsolve.problem.model.grid import Grid
 from fretsolve.reference.hertz import hertz_elliptic
 from fretsolve.reference.tangential import cattaneo_mindlin

@@ -20,7 +20,7 @@ from matplotlib.transforms import Bbox
 
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.post.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
-from fretsolve.post.fatigue.names import dataset_name, fatigue_path
+from fretsolve.post.names import Invariant, dataset_name, fatigue_path
 from fretsolve.post.plots.canvas import BELOW_LABEL, PANEL_WIDTH, Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.post.plots.labels import draw_lines, increment_ticks, label_depth
 from fretsolve.post.plots.load_history import step_text
@@ -29,7 +29,6 @@ from fretsolve.post.plots.snapshot import Snapshot, cell_size, chosen_step, oute
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.influence import COMPONENTS, Body, point_influence
 from fretsolve.post.stress.invariants import invariant, largest
-from fretsolve.post.stress.names import Invariant
 from fretsolve.post.stress.request import StressRequest, WindowChoice, cell_centres, layers, stress_request
 from fretsolve.post.stress.tractions import TractionHistory, last_cycle
 from fretsolve.result import Result

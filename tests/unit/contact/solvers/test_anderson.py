@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from solving import RIGID, build
 
-from fretsolve.contact.solvers.anderson import AndersonAcceleration
+from fretsolve.contact.increment.sheared_surfaces import AndersonAcceleration
 from fretsolve.errors import NotConvergedError
 from fretsolve.simulation.simulation import run
 

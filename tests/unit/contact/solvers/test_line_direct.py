@@ -13,8 +13,7 @@ import fretsolve.contact.increment.grid_hierarchy as grid_hierarchy
 import fretsolve.contact.increment.staggered_iteration as staggered
 from fretsolve import run
 from fretsolve.contact.solvers.line_direct import DirectSolution, LineDirectSolver, LineState, Strips
-from fretsolve.elastic.line_operator import strip_influence
-from fretsolve.elastic.operator_on_grid import operator_on
+from fretsolve.elastic.operator_on_grid import operator_on, strip_influence
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.result.state import State
 from fretsolve.simulation.problem_setup import set_up

@@ -9,7 +9,7 @@ from line_cases import FRICTION, HERTZ, LOAD, MATERIAL
 from fretsolve.contact.solvers.line_tangential import LineTangentialSolver
 from fretsolve.contact.solvers.normal import SolverResult
 from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
-from fretsolve.elastic.line_operator import LineOperator
+from fretsolve.elastic.operator_on_grid import LineOperator
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import Terms

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretsolve.contact.kernels.contact_kernels import GridKernels, kernels_on
-from fretsolve.elastic.kernels import load, parts
+from fretsolve.contact.kernels import GridKernels, kernels_on
+from fretsolve.elastic import thread_team
+from fretsolve.elastic.kernels import load
 
 pytest.importorskip("numba")
 
@@ -29,7 +30,7 @@ FRICTION += ["return_map", "excess"]
 
 @pytest.fixture(autouse=True)
 def many_parts(monkeypatch):
-    monkeypatch.setattr(parts, "PART_CELLS", 20)
+    monkeypatch.setattr(thread_team, "PART_CELLS", 20)
 
 
 def kernels(form: str, shape, threads: int = 2) -> GridKernels:
@@ -309,7 +310,7 @@ def test_clock_of_what_is_read_from_disk(tmp_path):
     code = """if True:
         import numpy as np
         from fretsolve.elastic.kernels import compile_seconds, readying_seconds
-        from fretsolve.contact.kernels.contact_kernels import kernels_on
+        from fretsolve.contact.kernels import kernels_on
         kernels_on((2, 2), True).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
         print(compile_seconds(), readying_seconds())"""
     own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}

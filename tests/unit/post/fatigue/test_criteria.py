@@ -18,7 +18,7 @@ from fretsolve.post.fatigue.criteria import (
     shear_strain_lives,
     swt_lives,
 )
-from fretsolve.post.fatigue.names import CRITERIA
+from fretsolve.post.names import CRITERIA
 
 S, T = 300.0, 190.0
 MATERIAL = Material(tension_limit=S, torsion_limit=T)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from fretsolve.post.fatigue.criteria import deviator_vectors, extreme_deviators, hydrostatic
-from fretsolve.post.fatigue.planes import in_plane_axes, scan_normals, traction_rows, upright
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import in_plane_axes, scan_normals, smallest_ball, traction_rows, upright
 
 ROWS = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
 

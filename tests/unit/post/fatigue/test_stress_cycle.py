@@ -12,8 +12,14 @@ import pytest
 from solving import build
 
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.averaging import Average, box_weights, depth_weights
-from fretsolve.post.fatigue.request import AVERAGE_DEPTHS, FatigueRequest, read_material
+from fretsolve.post.fatigue.request import (
+    AVERAGE_DEPTHS,
+    Average,
+    FatigueRequest,
+    box_weights,
+    depth_weights,
+    read_material,
+)
 from fretsolve.post.fatigue.stress_cycle import StressCycle, cycle_of, elastic_body, not_closed, opening_of
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress

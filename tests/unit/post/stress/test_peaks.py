@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.post.names import INVARIANTS
 from fretsolve.post.stress.edge import in_blocks, merged, rises
 from fretsolve.post.stress.invariants import invariant, largest, principal, von_mises
-from fretsolve.post.stress.names import INVARIANTS
 from fretsolve.post.stress.peaks import SurfaceBounds
 
 

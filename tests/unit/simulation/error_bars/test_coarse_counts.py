@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 from solving import DISSIMILAR, SIMILAR, setup_of
 
-from fretsolve.simulation.error_bars.coarse_counts import CoarseCounts, coarse_counts, slipping_stages
-from fretsolve.simulation.error_bars.coarse_runs import CoarseRuns
+from fretsolve.simulation.error_bars.coarse_runs import CoarseCounts, CoarseRuns, coarse_counts, slipping_stages
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,8 @@ from solving import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, SPHERE, build
 
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.result.state import ESTIMATED
-from fretsolve.simulation.error_bars.cells import Cells
 from fretsolve.simulation.error_bars.coarse_runs import values_of
-from fretsolve.simulation.error_bars.floors import floors
-from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.floors import Cells, ShearPath, floors
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 

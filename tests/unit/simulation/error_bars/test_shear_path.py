@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.simulation.error_bars.floors import ShearPath
 
 
 def path_of(*forces: tuple[float, float], count: int = 1) -> ShearPath:
