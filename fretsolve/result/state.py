@@ -21,7 +21,7 @@ from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 
 
 @cache
-def nothing(shape: tuple[int, ...]) -> FloatArray:
+def broadcast_zeros(shape: tuple[int, ...]) -> FloatArray:
     """Return read-only zeros that take no memory: a field that a case does not need."""
     return np.broadcast_to(np.float64(0.0), shape)
 

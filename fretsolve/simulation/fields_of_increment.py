@@ -17,7 +17,7 @@ from fretsolve.contact.increment.increment import Solved
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.state import Fields, Zone, nothing
+from fretsolve.result.state import Fields, Zone, broadcast_zeros
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, vector_lengths
 
 FEW_PAIRS = 10_000_000
@@ -35,7 +35,7 @@ def unloaded(separation: FloatArray) -> tuple[Fields, FloatArray]:
     """Return fields and displacement before the first increment: the surfaces touch at their nearest points."""
     nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
     gap = separation - (nearest if np.isfinite(nearest) else 0.0)
-    scalar, vector = nothing(separation.shape), nothing((2, *separation.shape))
+    scalar, vector = broadcast_zeros(separation.shape), broadcast_zeros((2, *separation.shape))
     return Fields(scalar, vector, vector, scalar, scalar, np.zeros(separation.shape, np.uint8), gap), vector
 
 
@@ -43,7 +43,7 @@ def fields_of(
     solved: Solved, before: Fields, setup: ProblemSetup, team: ThreadTeam
 ) -> tuple[Fields, FloatArray, float]:
     """Return fields and displacement after an increment, and the energy dissipated in it; team: shares a large grid."""
-    slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
+    slip_path, work_density, work = broadcast_zeros(setup.grid.shape), broadcast_zeros(setup.grid.shape), 0.0
     if setup.model.may_slip:
         slip_path, work_density, work = _accumulate(solved, before, setup, team)
     kept = partial(_kept, precision=precision_of(setup))

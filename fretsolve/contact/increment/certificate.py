@@ -22,7 +22,7 @@ from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, l
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.result.state import Certificate, Zone, nothing
+from fretsolve.result.state import Certificate, Zone, broadcast_zeros
 from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, vector_lengths
 
 LARGE_SLIP = 1e-3
@@ -198,7 +198,7 @@ class Verifier:
     ) -> tuple[FloatArray, NDArray[np.uint8], float, float]:
         """Return slip increment, zones, and the residuals `stick` and `slip`."""
         if not self.may_slip:
-            return nothing(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
+            return broadcast_zeros(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
         # C2: slip increment (T2)
         if not (solution.displacement.any() or solution.previous_displacement.any() or solution.motion[3:].any()):
             # nothing moves along, as under a normal load alone: a first contact on 256 x 256 points takes 3 % less time

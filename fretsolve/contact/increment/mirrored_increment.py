@@ -20,7 +20,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.problem.model.grid import HalfGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
-from fretsolve.result.state import nothing
+from fretsolve.result.state import broadcast_zeros
 from fretsolve.system.arrays import FloatArray, is_even_field
 
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
@@ -91,7 +91,7 @@ class MirroredIncrementSolver(IncrementSolver):
         for half in halves:
             shape = *half.shape[:-1], self.grid.ny
             if half.strides[-1] == 0:
-                wholes.append(nothing(shape))
+                wholes.append(broadcast_zeros(shape))
                 continue
             wholes.append(np.empty(shape, half.dtype))
             components = [(half, wholes[-1])] if half.ndim == 2 else list(zip(half, wholes[-1], strict=True))
