@@ -46,7 +46,7 @@ def _require_name(out: Path) -> None:
 
 
 def _fields_alone(fields: Fields, names: Collection[str]) -> Fields:
-    """Return `fields` with `nothing` in place of all but `names`."""
+    """Return `fields` with `broadcast_zeros` in place of all but `names`."""
     arrays: dict[str, Any] = {
         name: array if array is None or name in names else broadcast_zeros(array.shape)
         for name, array in vars(fields).items()

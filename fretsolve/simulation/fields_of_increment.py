@@ -24,9 +24,6 @@ FEW_PAIRS = 10_000_000
 """Pairs of cells up to which all distances are computed, 1 ns each. A tree of the cells is for more of them; it takes
 0.1 s or more to load."""
 
-AT_ONCE = 50_000
-"""Pairs whose distances are in memory at a time."""
-
 LEVEL = 1e-8
 """Difference of the square of the pressure between neighbouring cells, over that square, up to which it is rounding."""
 
@@ -88,7 +85,7 @@ def precision_of(setup: ProblemSetup) -> type[np.floating]:
 
 
 def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
-    """Return `field` in the precision of the states; `nothing` stays `nothing`."""
+    """Return `field` in the precision of the states; `broadcast_zeros` stay so."""
     if not any(field.strides):
         return np.broadcast_to(precision(0.0), field.shape)
     return field.astype(precision, copy=False)
@@ -169,7 +166,8 @@ def nearest(places: IndexArray, cells: IndexArray) -> IndexArray:
         from scipy.spatial import cKDTree  # takes longer to import than a small case to solve
 
         return np.asarray(cKDTree(cells).query(places)[1])
-    found, size = np.empty(len(places), np.intp), max(AT_ONCE // len(cells), 1)
+    # so many pairs have their distances in memory at a time
+    found, size = np.empty(len(places), np.intp), max(50_000 // len(cells), 1)
     row, column = cells.T.copy()  # lying together they take half the time
     for first in range(0, len(places), size):
         part = slice(first, first + size)

@@ -145,16 +145,6 @@ def _require_single_range(case: Case, model: Model, grid: Grid) -> None:
         )
 
 
-TRIAL_POINTS, TRIAL_LINE_POINTS = 48, 96
-"""Cells per side of a trial, and of one of a line: enough to find the contact's extent within a few per cent."""
-
-MOST_TRIALS = 60
-"""Trials after which no size is found: 40 doublings lead from 1 nm to 1 m."""
-
-FILLED = (0.55, 0.95)
-"""A trial has the right size where the contact fills this part of it, in both directions."""
-
-
 def searched_size(forms: ClosedForms, loads: Sequence[LoadControl]) -> Size:
     """Return the sides (mm) that hold the contact under all `loads`. Raises CaseError where no size does."""
     case, compliances = forms.case, forms.model.compliances
@@ -228,7 +218,8 @@ def _extent(
     """Return the sides (mm) of the least rectangle about `center` that holds the contact, zeros without contact."""
     size = np.array([first, first])
     refused: CaseError | None = None
-    for _ in range(MOST_TRIALS):
+    # 40 doublings lead from 1 nm to 1 m
+    for _ in range(60):
         grid = _trial_grid((float(size[0]), float(size[1])), center, line)
         try:
             contact, refused = _contact(separation(surfaces, grid.x, grid.y), compliances, load, grid), None
@@ -243,9 +234,9 @@ def _extent(
         reach_y = np.abs(grid.y - center[1])[contact.any(axis=0)].max() + 0.5 * grid.dy
         extent = 2.0 * np.array([reach_x, reach_x if line else reach_y])
         filled = extent / size
-        if (filled > FILLED[0]).all() and (filled < FILLED[1]).all():
+        if (filled > 0.55).all() and (filled < 0.95).all():
             return extent
-        size = np.where(filled >= FILLED[1], 1.6 * size, np.maximum(AREA_MARGIN * extent, 0.1 * size))
+        size = np.where(filled >= 0.95, 1.6 * size, np.maximum(AREA_MARGIN * extent, 0.1 * size))
         if size.max() > 1e3 * size.min():  # such a contact counts as endless
             break
     tried = f"tried up to {size.max():.3g} mm"
@@ -255,7 +246,8 @@ def _extent(
 
 def _trial_grid(size: Size, center: Size, line: bool, shape: tuple[int, int] | None = None) -> Grid:
     """Return a coarse grid of `size` (mm) about `center`, of no more points than a grid of `shape`."""
-    most = TRIAL_LINE_POINTS if line else TRIAL_POINTS
+    # enough to find the contact's extent within a few per cent
+    most = 96 if line else 48
     nx, ny = (min(most, points) for points in shape or (most, most))
     return LineGrid.of_length(nx, size[0], center[0]) if line else Grid.from_size((nx, ny), size, center)
 

@@ -34,9 +34,6 @@ if TYPE_CHECKING:
     from fretsolve.contact.zones.line_contact import LineContact
     from fretsolve.wear.worn_surfaces import WornSurfaces
 
-FEWEST_POINTS = 3
-"""Points of a side of which one can be in contact and those beside it free."""
-
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -283,7 +280,8 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     worn, grid = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms), setup.grid
     of_axes = zip(grid.axes, size, grid.shape, grid.size, strict=False)  # a line has one axis
     sides = [(max(side, worn), points, present) for _, side, points, present in of_axes]
-    if any(points < FEWEST_POINTS for _, points, _ in sides):
+    # of three points of a side one can be in contact, and those beside it are free
+    if any(points < 3 for _, points, _ in sides):
         larger = tuple(max(side, present) for side, _, present in sides)
         return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"
     roomy = tuple(side * room_for_cells(points) for side, points, _ in sides)

@@ -26,9 +26,6 @@ from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
-MOST_TICKS, Y_LETTERS = 5, 42
-"""Ticks at values of a key, and letters of a label beside the panel."""
-
 CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.5"},
     "partial slip": {"marker": "o", "color": "#3b528b"},
@@ -178,7 +175,7 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
     with canvas(ax, 1, (3.7, 2.9)) as sheet:
         axes = sheet.axes[0]
         ylabel = y if isinstance(y, str) else _label(y.name, y.units)
-        axes.set(xlabel=_label(x.name, x.units), ylabel="\n".join(textwrap.wrap(ylabel, Y_LETTERS)))
+        axes.set(xlabel=_label(x.name, x.units), ylabel="\n".join(textwrap.wrap(ylabel, 42)))
         for column, set_scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
             values = np.unique(column.values) if isinstance(column, Column) else np.empty(0)
             if len(values) > 2 and values[0] > 0.0:
@@ -205,8 +202,8 @@ def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
 
 
 def _some(values: Sequence[Any] | DoubleArray) -> list[Any]:
-    """Return at most MOST_TICKS of the values, from the first to the last."""
-    places = np.linspace(0, len(values) - 1, min(len(values), MOST_TICKS)).round().astype(int)
+    """Return at most 5 of the values, from the first to the last."""
+    places = np.linspace(0, len(values) - 1, min(len(values), 5)).round().astype(int)
     return [values[place] for place in places]
 
 

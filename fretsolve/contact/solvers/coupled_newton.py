@@ -23,9 +23,6 @@ from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector
 
-MOST_STEPS = 30
-"""Newton steps of an attempt."""
-
 ROUGHLY, CLOSELY = 1e-2, 1e-6
 """Factors by which GMRES reduces the residual of (T13): at first, and if the steps then do not converge. At strong
 friction an edge cell may hold a large shear under a pressure that is too small to count in the residual."""
@@ -147,7 +144,7 @@ class CoupledNewton:
         self._contact = contact = work.pressure > 0.0
         left = np.zeros_like(contact)
         last = self.iterations + self._most
-        for step in range(MOST_STEPS):
+        for step in range(30):
             # CN1: shear beyond the friction limit slips; in the slip zone q = b n
             self._return_map(problem, work)
             # CN2: displacements of the tractions; in the first step a fit of the rigid displacements

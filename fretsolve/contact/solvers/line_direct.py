@@ -39,9 +39,6 @@ MAY_JOIN = 1e-3
 """Change of the gap over the largest uz from which strips may join the contact. Below it they are looked for in the end
 alone, as that takes two convolutions."""
 
-LOST = 100.0
-"""Residual from which no step comes back."""
-
 LinearSolver = Callable[[DoubleArray], FloatArray]
 """Solves the equations of a matrix for right-hand sides (n, k)."""
 
@@ -193,7 +190,8 @@ class LineDirectSolver:
             if settled and abs(work.direction.sum()) == work.strips.count:
                 return None  # all strips slide one way: the load is the largest, which `tangential` refuses
             # D4 to D6
-            if not settled and not (residual < LOST and self._slide(work, slip, missing)):
+            # from a residual of 100 no step comes back
+            if not settled and not (residual < 100.0 and self._slide(work, slip, missing)):
                 return None
             # D7: stop where the gap stays closed, also beyond the contact; else go to D1
             opened = self._opened(problem, work) if coupled else 0.0

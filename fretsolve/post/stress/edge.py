@@ -49,10 +49,6 @@ def merged(window: Window, sides: tuple[int, int]) -> Window:
 EDGE_CELLS = 2
 """Cells from the edge of contact that count as those at the edge."""
 
-SHIFTS = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2))}
-LINE_SHIFTS = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
-"""Sides of the blocks in cells, and the ways to begin them; in a line contact blocks have one row of cells."""
-
 NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
 """Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
 what is loaded: the edge near it is in one of them, and in an area contact one of them fits the edge well."""
@@ -124,7 +120,10 @@ class EdgeExtrapolation:
         *,
         plane_strain: bool = False,
     ):
-        self._shifts = LINE_SHIFTS if plane_strain else SHIFTS
+        # sides of the blocks in cells, and the ways to begin them; in a line contact blocks have one row of cells
+        of_lines = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
+        of_areas = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2))}
+        self._shifts = of_lines if plane_strain else of_areas
         self._margins = EDGE_CELLS, 0 if plane_strain else EDGE_CELLS
         self._plane_strain = plane_strain
         widths = [one.stop - one.start for one in loaded]
