@@ -15,7 +15,7 @@ import numpy as np
 
 from fretsolve.elastic.convolution import PaddedConvolution
 from fretsolve.elastic.influence import Influence, KernelSpectrum
-from fretsolve.elastic.mirrored_operator import MirroredOperator
+from fretsolve.elastic.mirrored_operator import MirroredOperator, plane
 from fretsolve.elastic.operator import ElasticOperator, Preconditioner
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.problem.model.grid import Grid, HalfGrid, LineGrid
@@ -121,13 +121,13 @@ class LineOperator(ElasticOperator):
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement from pressure, which has none along y; `terms` must couple."""
         self.applications += 1
-        self._convolution.apply(((self._spectra["xz"],),), (_plane(pressure),), displacement[:1], turned=(True, False))
+        self._convolution.apply(((self._spectra["xz"],),), (plane(pressure),), displacement[:1], turned=(True, False))
         displacement[1] = 0.0
 
     def normal_from_shear(self, shear: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` from shear along x; `terms` must couple."""
         self.applications += 1
-        self._convolution.apply(((self._spectra["xz"],),), shear[:1], (_plane(uz),), turned=(False, True))
+        self._convolution.apply(((self._spectra["xz"],),), shear[:1], (plane(uz),), turned=(False, True))
 
     def all(self, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray) -> None:
         """Compute normal and tangential displacement from pressure and shear, with every term that is kept."""
@@ -142,11 +142,6 @@ class LineOperator(ElasticOperator):
             self._convolution.apply(((spectra["yy"],),), (shear[1],), (displacement[1],))
         else:
             displacement[1] = 0.0
-
-
-def _plane(field: FloatArray) -> FloatArray:
-    """Return a field (nx, 1) or (1, nx, 1) as (nx, 1)."""
-    return field if field.ndim == 2 else field[0]
 
 
 def operator_on(

@@ -198,7 +198,8 @@ class State:
 
     displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is
     `broadcast_zeros`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has
-    any; wear: where there is any; before: the start of the increment, where the next increment is predicted by the change since then.
+    any; wear: where there is any; before: the start of the increment, where the next increment is predicted by the
+    change since then.
     """
 
     summary: Summary

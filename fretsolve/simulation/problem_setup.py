@@ -9,7 +9,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.problem.friction.law import friction_law
 from fretsolve.problem.model.grid import Grid, LineGrid
+from fretsolve.problem.model.height_map import load_height_map
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.materials import Compliances
@@ -35,11 +35,9 @@ from fretsolve.problem.setup.contact_size import (
     worn_reach,
 )
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
+from fretsolve.problem.setup.unresolved_heights import HeightMaps
 from fretsolve.problem.setup.wear_law import wear_law
 from fretsolve.system.arrays import BoolArray, DoubleArray
-
-if TYPE_CHECKING:
-    from fretsolve.problem.setup.unresolved_heights import HeightMaps
 
 SINGLE_RANGE = 1e28
 """Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
@@ -99,8 +97,6 @@ def _with_room(size: Size, case: Case, model: Model) -> Size:
 
 
 def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> HeightMaps:
-    from fretsolve.problem.setup.unresolved_heights import HeightMaps  # few cases ask for it
-
     size = (size[0], 1.0) if model.line else size  # the area of a mm of the line
     with placed(case):
         modulus = model.compliances.contact_modulus
@@ -117,7 +113,6 @@ def _grid(model: Model, points: tuple[int, int], size: Size, case: Case) -> Grid
 
 
 def _require_slip(case: Case, model: Model) -> None:
-    """Raise CaseError if a case with wear has nothing that slips."""
     if case.wear is not None and not model.has_shear:
         message = "the load path shears nothing, so that nothing wears; a stage that moves Qx or delta_x is needed"
         raise case.source.problem(message, ("wear",))
@@ -204,8 +199,6 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
-        from fretsolve.problem.model.height_map import load_height_map  # other surfaces need none of it
-
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
     contacts = (round_contact(surface, contact_modulus, *pressing(load)) for load in loads)

@@ -189,7 +189,6 @@ def running_condition_of(result: Result) -> RunningCondition:
 
 
 def _condition_in(result: Result, steps: slice) -> RunningCondition:
-    """Return the running condition in some increments."""
     columns = ("contact_cells", "stick_cells", "max_shear")
     touching, sticking, shear = (result.history[name][steps] for name in columns)
     if not shear.any():

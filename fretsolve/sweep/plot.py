@@ -202,7 +202,6 @@ def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
 
 
 def _some(values: Sequence[Any] | DoubleArray) -> list[Any]:
-    """Return at most 5 of the values, from the first to the last."""
     places = np.linspace(0, len(values) - 1, min(len(values), 5)).round().astype(int)
     return [values[place] for place in places]
 
@@ -224,14 +223,7 @@ def _in_words(name: str) -> str:
     return physical_name(last) + end
 
 
-def _short_name(key: str) -> str:
-    """Return the last part of a key, as a symbol if it has one."""
-    name = key.rpartition(".")[2]
-    return symbol(name) if physical_name(name).endswith("$") else name.replace("_", " ")
-
-
 def _label(name: str, units: str) -> str:
-    """Return the meaning of a column and its unit."""
     return _in_words(name) if units in ("", "1") else f"{_in_words(name)} ({units.replace('um', 'µm')})"
 
 
@@ -257,7 +249,9 @@ def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
         shown = (
             str(value) if column.values.dtype == object else f"{value:.6g} {column.units.replace('um', 'µm')}".rstrip()
         )
-        return f"{_short_name(column.name)} {shown}"
+        short = column.name.rpartition(".")[2]
+        short = symbol(short) if physical_name(short).endswith("$") else short.replace("_", " ")
+        return f"{short} {shown}"
 
     names = [", ".join(text(column, row) for column in others) for row in range(len(table.states))]
     return {name: np.flatnonzero(np.array(names) == name) for name in dict.fromkeys(names)}

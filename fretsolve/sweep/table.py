@@ -249,7 +249,6 @@ def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool, exclusive: bool
 
 
 def _about(table: Table) -> Iterator[Column]:
-    """Yield the columns that every sweep has."""
     yield column("index", [state.row.index for state in table.states])
     yield column("id", [state.row.id for state in table.states])
     yield column("status", [state.status for state in table.states])

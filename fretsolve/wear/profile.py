@@ -75,7 +75,6 @@ def wear_over_jump(level: GridLevel, problem: ProfileProblem, compliance: Double
 
 
 def _in_parts(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray, parts: int) -> DoubleArray:
-    """Return the depth that is worn over a jump in some equal parts."""
     solver = NormalSolver(CompliantOperator(level.operator, SHARE / parts * compliance), level.grid)
     # The depth is summed up by itself: past the edge of a punch there is no material, and the separation is infinite.
     pressure, depth = problem.pressure, np.zeros_like(problem.pressure)

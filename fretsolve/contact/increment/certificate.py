@@ -196,7 +196,6 @@ class Verifier:
     def _stick_and_slip(
         self, solution: Solution, contact: BoolArray, friction_limit: FloatArray
     ) -> tuple[FloatArray, NDArray[np.uint8], float, float]:
-        """Return slip increment, zones, and the residuals `stick` and `slip`."""
         if not self.may_slip:
             return broadcast_zeros(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
         # C2: slip increment (T2)
@@ -209,7 +208,8 @@ class Verifier:
         motion, largest = self.slip_scales(solution, farthest)
         # C3: a cell at the friction limit slips if it moves
         reached = contact & slips(solution.shear, friction_limit, circle_width(self.precision))
-        moved = distance > least_slip_of_zones(self.tolerance, self._moved(solution, motion, farthest))
+        still = max(self.tolerance, min(LEFT_OVER * self.tolerance, LARGEST_LEFT_OVER))
+        moved = distance > still * self._moved(solution, motion, farthest)
         zone = zones(contact, reached & moved if self.friction else contact)
         # C5: slip of cells below the limit, direction of the others'
         if not math.isfinite(farthest):
@@ -248,11 +248,3 @@ def zones(contact: BoolArray, slipping: BoolArray) -> NDArray[np.uint8]:
     zone[contact] = Zone.STICK
     zone[contact & slipping] = Zone.SLIP
     return zone
-
-
-def least_slip_of_zones(tolerance: float, motion: float) -> float:
-    """Return the slip increment (mm) up to which a cell has not moved.
-
-    tolerance: of the case, the stick residual's; motion: of the increment, which that refers to (mm).
-    """
-    return max(tolerance, min(LEFT_OVER * tolerance, LARGEST_LEFT_OVER)) * motion

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.contact.increment.failures import require_supported
+from fretsolve.contact.solvers.line_tangential import LineTangentialSolver
 from fretsolve.contact.solvers.normal import NormalSolver
 from fretsolve.contact.solvers.tangential import TangentialSolver
 from fretsolve.elastic.operator import ElasticOperator
@@ -77,8 +78,6 @@ class GridLevel:
     def tangential(self) -> TangentialSolver:
         """Solver of the tangential problem; the model must have shear."""
         if isinstance(self.grid, LineGrid):
-            from fretsolve.contact.solvers.line_tangential import LineTangentialSolver  # other cases need none of it
-
             return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
 

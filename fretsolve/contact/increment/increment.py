@@ -205,7 +205,6 @@ class IncrementSolver:
         return InitialState(pressure, shear, displacement, start.rigid, friction, start.normal, mismatch)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
-        """Extend the tractions of `work` from a region to the whole grid."""
         pressure, shear = np.zeros(self.grid.shape), broadcast_zeros((2, *self.grid.shape))
         pressure[region.cells] = work.pressure
         if self.model.may_slip:

@@ -74,7 +74,6 @@ class MirroredIncrementSolver(IncrementSolver):
             self.__dict__.pop("_half", None)
 
     def _whole(self, solved: Solved, start: InitialState) -> Solved:
-        """Return an increment of one half as one of the whole grid."""
         names = ["pressure", "uz", "gap", "zone", "shear", "displacement", "slip"]
         # in single precision the displacement before the increment follows from the displacement after it
         names += ["previous_displacement"] if self._single else []
@@ -143,12 +142,10 @@ def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
 
 
 def _half_of(field: NDArray[Any]) -> NDArray[Any]:
-    """Return the half y > 0 of a field (nx, ny) or (2, nx, ny)."""
     return field[..., field.shape[-1] // 2 :]
 
 
 def _half_of_start(start: InitialState) -> InitialState:
-    """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
     upper = ..., slice(start.pressure.shape[1] // 2, None)
     friction = start.friction.part(upper)

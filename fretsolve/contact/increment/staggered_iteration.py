@@ -163,7 +163,6 @@ class StaggeredIteration:
         return solve_directly(solver, problem, start, work, target, presses=presses, slides=slides)
 
     def _few_touch(self, work: WorkingState) -> bool:
-        """Return whether cells are in contact, and few enough for a direct solution."""
         return 0 < int(np.count_nonzero(work.pressure)) <= MOST_DIRECT_STRIPS
 
     def _is_first_contact(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
@@ -287,7 +286,6 @@ class StaggeredIteration:
         return tolerance, SlipScales(motion, least, elastic, self._last_slip_scale, self._kept_tolerance)
 
     def _take_elastic_slip(self, start: InitialState, work: WorkingState) -> None:
-        """Compute the elastic slip at the new pressure and the present shear."""
         slip, operator = self._elastic_slip, self.level.operator
         if self._first and work.elastic_slip is not None:
             slip[:] = work.elastic_slip

@@ -99,7 +99,6 @@ def kernels_on(shape: tuple[int, int], compiled: bool, share: Share | None = Non
 
 
 def _whole(kernels: Any, joins: Mapping[str, Join], rows: int) -> SimpleNamespace:
-    """Return compiled kernels that take all of `rows` in one call."""
     return SimpleNamespace(**{name: partial(getattr(kernels, name), 0, rows) for name in joins})
 
 

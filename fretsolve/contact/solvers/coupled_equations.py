@@ -97,11 +97,9 @@ class CoupledEquations:
         return image
 
     def _keep_across(self, field: FloatArray) -> None:
-        """Apply T to the last two components, in place."""
         field[1:] -= (field[1] * self._normal[0] + field[2] * self._normal[1]) * self._normal
 
     def _resultants(self, unknown: FloatArray) -> FloatArray:
-        """Return the resultants (m,) of the unknown."""
         return np.tensordot(self._loads, self.changes(unknown), axes=2)
 
     def _precondition(self, right: FloatArray, missing: FloatArray) -> tuple[FloatArray, FloatArray]:

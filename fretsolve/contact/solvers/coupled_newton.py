@@ -183,7 +183,6 @@ class CoupledNewton:
         return None
 
     def _in_gross_slip(self, problem: CoupledProblem, start: CoupledState) -> CoupledState:
-        """Return `start` with all of its contact slipping along the imposed motion."""
         work = deepcopy(start)
         np.greater(work.pressure, 0.0, out=work.slipping)
         self._tangential.displacement(problem.tangential.imposed_displacement, work.shear)
@@ -239,7 +238,6 @@ class CoupledNewton:
         return float(np.max(np.abs(missing) / scale))
 
     def _let_slip(self, work: CoupledState, cells: BoolArray) -> None:
-        """Let `cells` (nx, ny) slip in the direction in which they move."""
         length = np.hypot(self._slip[0], self._slip[1])
         cells = cells & (length > 0.0)
         work.direction[:, cells] = self._slip[:, cells] / length[cells]

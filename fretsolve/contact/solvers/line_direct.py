@@ -287,7 +287,6 @@ class LineDirectSolver:
         return errors.penetration > JOINING * tolerance * errors.gap_scale
 
     def _slip(self, problem: CoupledProblem, work: LineState, coupled: bool) -> DoubleArray:
-        """Return the slip of the strips in contact without a rigid motion, (n,)."""
         strips = work.strips
         slip: DoubleArray = problem.elastic_slip[0, strips.index, 0] - strips.tangential @ work.shear
         if coupled:
@@ -328,13 +327,11 @@ class LineDirectSolver:
         return True
 
     def _on_grid(self, strips: Strips, values: FloatArray) -> DoubleArray:
-        """Return values (n,) of strips as a field (nx, 1)."""
         field = np.zeros(self._grid.shape)
         field[strips.index, 0] = values
         return field
 
     def _shear_of(self, work: LineState) -> DoubleArray:
-        """Return the shear of strips as a field (2, nx, 1)."""
         along_x = self._on_grid(work.strips, work.shear)
         return np.array([along_x, np.zeros_like(along_x)])
 

@@ -82,7 +82,7 @@ class _Edges:
             self._length = np.maximum(np.hypot(*self._run), TINY)
             cosine, sine = self._run / self._length
             lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * (2.0 * cosine * sine), LEVER_MOST)
-            if part.is_row:
+            if 1 in part.grid.shape:
                 lever[:] = LEVER_ALONG
         self._inset = inset_by(lever)
 
@@ -167,12 +167,6 @@ def _farthest(ends: FloatArray) -> FloatArray:
     return np.asarray(farthest.max(axis=1))
 
 
-UNMEASURED = {
-    f"{zone}_{name}": math.nan for zone in ("contact", "stick") for name in ("area", "radius", *Extent._fields)
-}
-"""The sizes of zones that are not measured, by the names that sizes have."""
-
-
 def spot_counts(pressure: FloatArray) -> dict[str, int]:
     """Return the number of spots under a pressure, and of those of few cells; cells touch at sides or corners."""
     from scipy import ndimage  # few cases may have several spots
@@ -183,7 +177,6 @@ def spot_counts(pressure: FloatArray) -> dict[str, int]:
 
 
 def _radius_too(area: float) -> tuple[float, float]:
-    """Return an area and the radius of the circle that has it."""
     return area, math.sqrt(area / math.pi)
 
 
@@ -217,5 +210,7 @@ class AreaContact:
         contact, stick = zone_sizes(fields, self._setup.grid, model.compliances)
         area = min(stick.area, contact.area)
         values = (*_radius_too(contact.area), *contact.extent, *_radius_too(area), *stick.extent)
-        sizes: dict[str, Any] = dict(zip(UNMEASURED, values, strict=True))
+        of_zone = ("area", "radius", *Extent._fields)
+        names = (f"{zone}_{name}" for zone in ("contact", "stick") for name in of_zone)
+        sizes: dict[str, Any] = dict(zip(names, values, strict=True))
         return sizes | (spot_counts(solved.pressure) if self._may_have_spots else {})

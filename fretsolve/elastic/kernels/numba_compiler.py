@@ -81,7 +81,7 @@ class _CheckedFiles(IndexDataCacheFile):
 
 def _stamp_of_kernels() -> tuple[tuple[str, int, int], ...]:
     """Return what tells the modules of kernels from others: a compiled kernel holds constants and code of several."""
-    found = ((path.name, path.stat()) for path in sorted(Path(__file__).parent.glob("*.py")))
+    found = ((path.name, path.stat()) for path in sorted(Path(__file__).parents[2].glob("*/kernels/*.py")))
     return tuple((name, status.st_mtime_ns, status.st_size) for name, status in found)
 
 

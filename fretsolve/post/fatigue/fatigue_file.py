@@ -127,7 +127,6 @@ def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
 
 
 def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[Any]]:
-    """Create the group of a body with its axes, and return it with their scales."""
     group = file.create_group(f"fatigue/body_{number}")
     body = cycle.body
     group.attrs["steps"] = np.asarray(body.steps)[list(cycle.chosen)]
@@ -136,7 +135,6 @@ def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[
 
 
 def _write_layer(group: Any, scales: list[Any], field: FatigueField, depth: int) -> None:
-    """Write the values of a criterion at one depth."""
     for ending, (attribute, dtype, meaning) in PARTS.items():
         values, name = getattr(field, attribute), dataset_name(field.criterion) + ending
         if values is None:

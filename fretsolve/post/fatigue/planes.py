@@ -210,7 +210,6 @@ class _Search:
         return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :places, 0])
 
     def _ball(self, corners: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
-        """Return centres (dimensions, sets) and radii (sets,) by the weights."""
         centers = np.einsum("sp,spd->sd", self.weights, corners)
         squares = np.square(corners - centers[:, None]).sum(axis=2)
         return centers.T, np.sqrt((self.weights * squares).sum(axis=1))

@@ -67,16 +67,12 @@ def html_page(
 
 def _figure(name: str, content: bytes, dpi: int) -> str:
     caption, file_format = escape(KINDS[name].caption), KINDS[name].formats[0]
-    width = _share_of_page(content, film_dpi(dpi) if file_format in MOVING else dpi)
+    with Image.open(io.BytesIO(content)) as picture:  # in per cent of the page, as wide as two columns of a journal
+        inches = picture.width / (film_dpi(dpi) if file_format in MOVING else dpi)
+    width = min(100.0 * inches / TWO_COLUMNS, 100.0)
     source = _embedded(content, file_format)
     image = f'<img src="{source}" alt="{name}: {caption}" style="width:{width:.3g}%">'
     return f'<figure id="{name}">\n<h2>{name}</h2>\n{image}\n<figcaption>{caption}</figcaption>\n</figure>'
-
-
-def _share_of_page(content: bytes, dpi: int) -> float:
-    """Return the width of a picture in per cent of the page, which is as wide as two columns of a journal."""
-    with Image.open(io.BytesIO(content)) as picture:
-        return min(100.0 * picture.width / (dpi * TWO_COLUMNS), 100.0)
 
 
 def increment_frames(result: Result) -> dict[str, bytes]:

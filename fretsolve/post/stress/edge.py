@@ -165,7 +165,10 @@ class EdgeExtrapolation:
             finest = blocks[2][0][body]
             if not finest.stress.size:
                 continue
-            places = self._places(finest, added)
+            # the places where the largest stress may be: with the bulk stress, which is uniform, and without it, since
+            # that is what the extrapolation changes
+            ranks = principal(finest.stress + added)[0], principal(finest.stress)[0]
+            places = np.concatenate([finest.tops(rank, 8) for rank in ranks], axis=1)
             chosen = {side: [one[body].near(places) for one in blocks[side]] for side in blocks}
             fine, coarse = (np.mean([principal(one) for one in chosen[side]], axis=0) for side in blocks)
             # Without shear there is a tension all around the contact, and no leading edge.
@@ -181,12 +184,6 @@ class EdgeExtrapolation:
                 best = int(values.argmax())
                 estimates[body, name] = EdgeEstimate(float(values[best]), float(errors[best]), places[:, best])
         return estimates
-
-    def _places(self, blocks: _Blocks, added: DoubleArray) -> DoubleArray:
-        """Return the places where the largest stress may be, ``(2, places)`` in cells."""
-        # With the bulk stress, which is uniform, and without it, since that is what the extrapolation changes.
-        ranks = principal(blocks.stress + added)[0], principal(blocks.stress)[0]
-        return np.concatenate([blocks.tops(rank, 8) for rank in ranks], axis=1)
 
     def _at_edge(
         self, side: int, shift: tuple[int, int], fields: Mapping[Traction, DoubleArray]
@@ -214,11 +211,9 @@ class EdgeExtrapolation:
         }
 
     def _block(self, side: int) -> tuple[int, int]:
-        """Return the cells of a block along x and along y."""
         return side, 1 if self._plane_strain else side
 
     def _wanted_blocks(self, side: int, shift: tuple[int, int]) -> BoolArray:
-        """Return which blocks have wanted cells."""
         inside = []
         for axis, (of, to, width) in enumerate(zip(self._loaded, self._wanted, self._block(side), strict=True)):
             target = self._convolutions[side].target[axis]

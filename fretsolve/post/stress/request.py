@@ -190,7 +190,6 @@ def is_outermost(cell: Sequence[int], shape: tuple[int, int]) -> bool:
 
 
 def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowChoice) -> Window:
-    """Return the cells whose stress is wanted."""
     target, grid = [], tractions.grid
     share = LINE_MARGIN if tractions.plane_strain else MARGIN
     for axis, (of, count, side) in enumerate(zip(source, grid.shape, (grid.dx, grid.dy), strict=True)):

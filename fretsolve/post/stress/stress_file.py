@@ -113,7 +113,6 @@ def _write_peaks(group: Any, name: Invariant, peaks: Sequence[Peak]) -> None:
 
 
 def _content_of(group: Any) -> dict[str, str]:
-    """Return the digests of all columns of a body."""
     return digests_of({name: dataset[:] for name, dataset in group.items() if dataset.ndim == 1})
 
 

@@ -49,7 +49,9 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
     factor where all have the same share of the run's increments.
     """
     counts = setup.load_path.counts
-    unslipping_third, unslipping_half = unslipping_counts(counts)
+    # of stages in which nothing depends on the number of increments
+    unslipping_third = tuple(count if count % 4 else count // 2 for count in counts)
+    unslipping_half = tuple(count if count % 2 else count // 2 for count in unslipping_third)
     if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
         return CoarseCounts(unslipping_third, None, unslipping_half)
     if min(compress(counts, slips)) >= MANY:
@@ -62,12 +64,6 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
     # until something slips, one increment leads to the same state as many
     third, half = where(slips, third, unslipping_third), where(slips, half, unslipping_half)
     return CoarseCounts(third, where(slips, other, [1] * len(other)), half)
-
-
-def unslipping_counts(counts: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the increments on a third and on half of the points of stages in which nothing depends on their number."""
-    third = tuple(count if count % 4 else count // 2 for count in counts)
-    return third, tuple(count if count % 2 else count // 2 for count in third)
 
 
 def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> tuple[int, ...]:
@@ -164,7 +160,7 @@ class CoarseRun:
         self.setup, self._threads, self._rings = setup, threads, 0
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = states_of(setup, measured=lambda step: True, solver=self._solver)
+        self._states = states_of(setup, solver=self._solver)
         self._values: list[DoubleArray] = []
 
     def _solver(self) -> IncrementSolver:
@@ -180,7 +176,7 @@ class CoarseRun:
             return False
         self._rings += 1
         self.setup = replace(self.setup, grid=self.setup.grid.with_ring())
-        self._states = states_of(self.setup, measured=lambda step: True, solver=self._solver)
+        self._states = states_of(self.setup, solver=self._solver)
         self._values = []
         return True
 

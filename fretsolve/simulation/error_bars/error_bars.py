@@ -95,12 +95,6 @@ def run_with_error_bars(
         yield replace(state, errors=errors)
 
 
-def fewest_increments(setup: ProblemSetup) -> list[int]:
-    """Return up to each stage the fewest increments of one in which something may slip, those of the stage if none."""
-    counts, first = setup.load_path.counts, slipping_stages(setup).count(False)  # once one does, all later ones do
-    return [*counts[:first], *accumulate(counts[first:], min)]
-
-
 class ErrorBars:
     """The error bars of a problem, summary after summary. history: the summaries so far; runs: the coarse ones."""
 
@@ -111,7 +105,9 @@ class ErrorBars:
         self._largest, self._shear_path, self._in_annuli = np.zeros(len(ESTIMATED)), ShearPath(), 0.0
         self._pressed, self._remembered, self._corrected_totals = 0.0, np.zeros(len(ESTIMATED)), [0.0]
         self._frictions, self._path = frictions_of(setup), setup.load_path
-        self._fewest = fewest_increments(setup)
+        # up to each stage the fewest increments of one in which something may slip; once one does, all later ones do
+        counts, first = setup.load_path.counts, slipping_stages(setup).count(False)
+        self._fewest = [*counts[:first], *accumulate(counts[first:], min)]
         for summary in history:
             self._add(summary)
         if history:
@@ -175,7 +171,6 @@ class ErrorBars:
             self._path = path
 
     def _imposed(self, step: int) -> BoolArray:
-        """Return which of the values the path imposes."""
         increment = self._path.increment(step, self._summaries)
         forced = (*increment.normal.forced, *increment.tangential.forced)
         names = {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}

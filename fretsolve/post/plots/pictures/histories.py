@@ -149,7 +149,6 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
 
 
 def _levels(values: DoubleArray) -> int:
-    """Return how many different values there are, but for rounding."""
     size = float(np.nanmax(np.abs(values)))
     return len(np.unique(np.round(values / size, 9))) if size else 1
 
@@ -161,7 +160,6 @@ def _show_origin(axes: Axes, result: Result) -> None:
 
 
 def _bulk_moves(result: Result) -> bool:
-    """Return whether the load path changes a bulk stress."""
     return bool(moved_bulk(result))
 
 
@@ -190,7 +188,6 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
 
 
 def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> None:
-    """Draw a line for each cycle."""
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         count = len(x[cycle.steps])
         every = marker_spacing(count, MOST_INCREMENTS)

@@ -119,7 +119,8 @@ def stress_cycle(
         stress[:, index] = influence.stress(tractions.read(step, whole))
         stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
     with canvas(ax, 2, (PANEL_WIDTH, 2.8), columns=2) as drawn:
-        components = list(zip(map(component_symbol, COMPONENTS), stress, strict=True))
+        symbols = (rf"$\sigma_{{{name}}}$" if name[0] == name[1] else rf"$\tau_{{{name}}}$" for name in COMPONENTS)
+        components = list(zip(symbols, stress, strict=True))
         invariants = [(text, invariant(name, stress)) for name, text in SHOWN.items()]
         for axes, lines in zip(drawn.axes, (components, invariants), strict=False):
             draw_lines(axes, steps, lines)
@@ -130,11 +131,6 @@ def stress_cycle(
         detail = f"body {body} at x = {x:.4g}, y = {y:.4g} mm on the surface, over {over}"
         drawn.heading(title_of(result), detail)
     return drawn.figure
-
-
-def component_symbol(name: str) -> str:
-    """Return a stress component, such as ``xx``, as a symbol."""
-    return rf"$\sigma_{{{name}}}$" if name[0] == name[1] else rf"$\tau_{{{name}}}$"
 
 
 def _request(
@@ -170,7 +166,6 @@ def _draw_section(
 
 
 def _draw_layer(axes: Axes, x: DoubleArray, y: DoubleArray, values: DoubleArray, **look: Any) -> AxesImage:
-    """Draw values (nx, ny) at one depth."""
     image = axes.imshow(values.T, origin="lower", extent=(*outer_edges(x), *outer_edges(y)), **look)
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
@@ -294,7 +289,6 @@ def _kinds(body: BodyFatigue) -> list[str]:
 
 
 def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the datasets to draw."""
     names = tuple(dataset_name(name) for name in fields or ())
     if unknown := [name for name in names if name not in body.criteria]:
         raise PictureError(f"{unknown[0]!r} is not in the file, which has {', '.join(body.criteria)}")
@@ -328,7 +322,6 @@ def _box(result: Result, panel: _Panel) -> Bbox | None:
 
 
 def _draw_curve(axes: Axes, panel: _Panel) -> None:
-    """Draw a criterion over x, at the only depth and y."""
     body, (values, limited, label) = panel.body, panel.shown()
     curve = values[0, :, 0]
     axes.plot(body.x, curve, color="black")
