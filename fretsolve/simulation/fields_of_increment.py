@@ -44,7 +44,9 @@ def fields_of(
     if setup.model.may_slip:
         slip_path, work_density, work = _accumulate(solved, before, setup, team)
     kept = partial(_kept, precision=precision_of(setup))
-    friction, limit = _friction_fields(solved, setup)
+    stored, friction = setup.case.output.fields, None
+    if "friction" in stored:
+        friction = kept(np.array(np.broadcast_to(solved.friction.coefficient_at(solved.pressure), setup.grid.shape)))
     fields = Fields(
         pressure=kept(solved.pressure),
         shear=kept(solved.shear),
@@ -53,8 +55,8 @@ def fields_of(
         work_density=kept(work_density),
         zone=solved.zone,
         gap=kept(solved.gap),
-        friction=None if friction is None else kept(friction),
-        shear_bound=None if limit is None else kept(limit),
+        friction=friction,
+        shear_bound=kept(solved.friction_limit) if "shear_bound" in stored else None,
     )
     displacement = kept(solved.displacement)
     displacement.flags.writeable = False
@@ -67,16 +69,6 @@ def read_only(fields: Fields) -> Fields:
         if array is not None:
             array.flags.writeable = False
     return fields
-
-
-def _friction_fields(solved: Solved, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return the coefficient of friction and the friction limit (MPa), (nx, ny); None for what is not stored."""
-    stored, coefficient, limit = setup.case.output.fields, None, None
-    if "friction" in stored:
-        coefficient = np.array(np.broadcast_to(solved.friction.coefficient_at(solved.pressure), setup.grid.shape))
-    if "shear_bound" in stored:
-        limit = solved.friction_limit
-    return coefficient, limit
 
 
 def precision_of(setup: ProblemSetup) -> type[np.floating]:

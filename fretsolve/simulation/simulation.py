@@ -69,7 +69,10 @@ def states_of(
     team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
-    wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
+    wear = None
+    if setup.wear is not None:  # which changes in place the `separation` that the solver refers to
+        worn = None if start is None else start.wear
+        wear = WornSurfaces(setup.wear, setup.case.friction, contact.solver, separation, worn)
     # lines are solved directly; in scaled tractions and in single precision differences of displacements are no slip
     predicts = setup.model.has_shear and not setup.model.line
     predicts = predicts and setup.model.orthotropy is None and precision_of(setup) is np.float64
@@ -192,14 +195,6 @@ def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[Increment
 
 def _contact(setup: ProblemSetup, solver: IncrementSolver) -> AreaContact | LineContact:
     return LineContact.of(setup, solver) if setup.model.line else AreaContact(setup, solver)
-
-
-def _worn_surfaces(
-    setup: ProblemSetup, solver: IncrementSolver, separation: DoubleArray, start: State | None
-) -> WornSurfaces:
-    """Return the surfaces of a problem with wear, which change in place the `separation` that the solver refers to."""
-    assert setup.wear is not None
-    return WornSurfaces(setup.wear, setup.case.friction, solver, separation, None if start is None else start.wear)
 
 
 def _working_seconds() -> float:

@@ -68,7 +68,8 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     tractions, request = _request(result, (chosen,), body, SIDE_MARGIN * radius or "all")
     snapshot = Snapshot(result, chosen)
     row = int(np.abs(result.y - shown_place(snapshot)[1]).argmin())
-    depths = _section_depths(tractions, chosen)
+    below = np.linspace(0.0, DEEPEST * (radius or 0.25 * tractions.grid.nx * tractions.grid.dx), 48)
+    depths = [0.0, *below[below >= 0.5 * tractions.grid.dx].tolist()]  # the surface, then those from half a cell on
     section = replace(request, depths=tuple(depths), target=(request.target[0], slice(row, row + 1)))
     below = np.stack([layer.stress[:, :, 0] for layer in layers(tractions, section)], axis=-1)  # (6, nx, depths)
     panels: list[tuple[str, Invariant]] = [("section", name) for name in SHOWN]
@@ -144,14 +145,6 @@ def _request(
         )
     except CaseError as error:
         raise PictureError(error.message) from error
-
-
-def _section_depths(tractions: TractionHistory, step: int) -> list[float]:
-    """Return depths a section shows: the surface, then those from half a cell on."""
-    grid = tractions.grid
-    radius = float(tractions.result.history["contact_radius"][step]) or 0.25 * grid.nx * grid.dx
-    depths = np.linspace(0.0, DEEPEST * radius, 48)
-    return [0.0, *depths[depths >= 0.5 * grid.dx].tolist()]
 
 
 def _draw_section(
