@@ -103,14 +103,13 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
-    # a panel wider than that has its legend beside it
     with canvas(ax, 2, (4.5, 2.1), columns=1, share="x") as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
             ends = stage_ends(result.history["stage"])[:-1]
             for end in ends if len(ends) <= 60 else ():  # the lines of more would hide the curves
                 axes.axvline(end + 0.5, color="0.75", linewidth=0.8, zorder=0.6)
-            if panel_width(axes) > 4.5:
+            if panel_width(axes) > 4.5:  # inches: a wider panel has its legend beside it
                 axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
             else:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=2, columnspacing=1.0, frameon=False)

@@ -279,7 +279,7 @@ print(load(setup.compiled).compiled, last.iterations_tangential, repr(last.delta
 
 
 def solve_in_a_process(**environment):
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[4]
     child = subprocess.run(
         [sys.executable, "-c", SOLVE],
         cwd=root,
@@ -295,7 +295,7 @@ def solve_in_a_process(**environment):
 def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     """Also with a numba that is there and refuses to work: as if it were not there."""
     (tmp_path / "numba.py").write_text("raise ImportError('Numba needs another NumPy')\n")
-    root = Path(__file__).parents[3]
+    root = Path(__file__).parents[4]
     compiled = solve_in_a_process(FRETSOLVE_NUMBA="1")
     plain = solve_in_a_process(FRETSOLVE_NUMBA="0")
     refused = solve_in_a_process(FRETSOLVE_NUMBA="1", PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
@@ -313,7 +313,7 @@ def test_clock_of_what_is_read_from_disk(tmp_path):
         from fretsolve.contact.kernels import kernels_on
         kernels_on((2, 2), True).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
         print(compile_seconds(), readying_seconds())"""
-    own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
+    own = {"PYTHONPATH": str(Path(__file__).parents[4]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
     environment = os.environ | own
     line = [sys.executable, "-c", code]
     first, second = (
