@@ -60,7 +60,7 @@ def test_validate_prints_units_closed_forms_and_warnings(tmp_path: Path, text: s
 
 
 def test_validate_prints_the_stick_zone_of_a_sphere_under_bulk_stress_or_why_there_is_none() -> None:
-    case = Path(__file__).parents[3] / "cases" / "sphere_bulk.yaml"
+    case = Path(__file__).parents[4] / "cases" / "sphere_bulk.yaml"
     done = invoke("validate", case)
     assert "smallest stick radius c = 0.221858 mm, 78.6 cells across, its middle at x = 0.0602212 mm" in done.stdout
     narrow = "load_path=[{P: 400 N}, {Qx: 39.7 N, bulk_2: {xx: 71.141 MPa, yy: 14.89 MPa}}]"

@@ -28,7 +28,7 @@ from fretsolve.result.state import stage_ends
 from fretsolve.simulation.problem_setup import set_up
 
 ALPHA = 1e-7
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 @pytest.fixture

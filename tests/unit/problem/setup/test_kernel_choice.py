@@ -13,7 +13,7 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.setup import problem
 from fretsolve.simulation.problem_setup import set_up
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 def compiled(*overrides):

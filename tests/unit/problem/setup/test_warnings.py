@@ -15,7 +15,7 @@ from fretsolve.problem.setup.warnings import case_warnings, cylinder_contact
 from fretsolve.simulation.problem_setup import set_up
 
 FINE = CASE.replace("points: 16", "points: 64")
-CASES = sorted((Path(__file__).parents[3] / "cases").glob("*.yaml"))
+CASES = sorted((Path(__file__).parents[4] / "cases").glob("*.yaml"))
 PRESSED = "load_path.1.Qx=0 N"
 
 
