@@ -9,17 +9,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fretsolve.case.keys.surface_specs import Surface
 from fretsolve.case.models import Case
-from fretsolve.contact.solvers.normal import NormalSolver
+from fretsolve.contact.solvers.normal import NormalSolver, grown
 from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.problem.friction.law import friction_law
 from fretsolve.problem.model.grid import Grid, LineGrid
-from fretsolve.problem.model.height_map import load_height_map
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.materials import Compliances
@@ -35,9 +34,11 @@ from fretsolve.problem.setup.contact_size import (
     worn_reach,
 )
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
-from fretsolve.problem.setup.unresolved_heights import HeightMaps
 from fretsolve.problem.setup.wear_law import wear_law
 from fretsolve.system.arrays import BoolArray, DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.problem.setup.unresolved_heights import HeightMaps
 
 SINGLE_RANGE = 1e28
 """Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
@@ -56,7 +57,11 @@ def set_up(case: Case, compiled: bool | None = None) -> ProblemSetup:
 
 def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
     case = settled(asked)
-    friction = friction_law(case) if case.friction_varies else None
+    friction = None
+    if case.friction_varies:
+        from fretsolve.problem.friction.law import friction_law  # few cases have one
+
+        friction = friction_law(case)
     wear = None if case.wear is None else wear_law(case.wear)
     model = derive_model(case, None if friction is None else friction.largest)
     _require_slip(case, model)
@@ -97,6 +102,8 @@ def _with_room(size: Size, case: Case, model: Model) -> Size:
 
 
 def _read_heights(case: Case, model: Model, load_path: LoadPath, size: Size) -> HeightMaps:
+    from fretsolve.problem.setup.unresolved_heights import HeightMaps  # few cases ask for it
+
     size = (size[0], 1.0) if model.line else size  # the area of a mm of the line
     with placed(case):
         modulus = model.compliances.contact_modulus
@@ -183,15 +190,17 @@ def surely_in_contact(
 
     None where the coarse cells miss a surface, or the area is too small to carry the load.
     """
-    from scipy.ndimage import binary_erosion  # few cases have a map of friction
-
     line = isinstance(grid, LineGrid)
     coarse = _trial_grid(grid.size, center, line, grid.shape)
     try:
         contact = _contact(separation(surfaces, coarse.x, coarse.y), compliances, load, coarse)
     except CaseError:
         return None
-    return None if contact is None else (coarse, binary_erosion(contact, np.ones((3, 1 if line else 3))))
+    if contact is None:
+        return None
+    # beyond the grid nothing touches, but a line goes on along y
+    apart = grown(np.pad(~contact, ((1, 1), (0, 0) if line else (1, 1)), constant_values=True))
+    return coarse, ~apart[1:-1, slice(None) if line else slice(1, -1)]
 
 
 def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], key: KeyPath) -> float:
@@ -199,6 +208,8 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
+        from fretsolve.problem.model.height_map import load_height_map  # other surfaces need none of it
+
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
     contacts = (round_contact(surface, contact_modulus, *pressing(load)) for load in loads)

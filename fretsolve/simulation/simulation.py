@@ -31,7 +31,6 @@ from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.problem_setup import contact_size, set_up
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
-from fretsolve.wear.worn_surfaces import WornSurfaces
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -71,6 +70,8 @@ def states_of(
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     wear = None
     if setup.wear is not None:  # which changes in place the `separation` that the solver refers to
+        from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases need none of it
+
         worn = None if start is None else start.wear
         wear = WornSurfaces(setup.wear, setup.case.friction, contact.solver, separation, worn)
     # lines are solved directly; in scaled tractions and in single precision differences of displacements are no slip

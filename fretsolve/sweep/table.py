@@ -125,7 +125,6 @@ def write_table_hdf5(
 def write_table_parquet(path: Path, columns: Iterable[Column], *, exclusive: bool = False) -> None:
     """Write the columns of the CSV file, with types. Raises CaseError without pyarrow, FileError."""
     try:
-        import pyarrow
         import pyarrow.parquet
     except ImportError as error:
         raise CaseError(f"Parquet needs pyarrow, which cannot be imported ({error}): pip install pyarrow") from error

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.case.history import EXTENTS
+from fretsolve.contact.solvers.normal import grown
 from fretsolve.problem.model.edges import Edge, edges, rounding
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.problem.setup.closed_forms import spence_ratio
@@ -111,9 +112,7 @@ class Cells:
         """Return the cells with the holes of a height map that the contact reaches: there a body ends, too."""
         if not self.maps or np.isfinite(state.fields.gap).all():
             return self
-        from scipy.ndimage import binary_dilation  # height maps alone need it
-
-        edge = Edge(0.0, binary_dilation(~np.isfinite(state.fields.gap), np.ones((3, 3))))
+        edge = Edge(0.0, grown(~np.isfinite(state.fields.gap)))
         return replace(self, sharp=True, holes=edge) if edge.touches(state.fields.pressure) else self
 
     def rounded(self, state: State) -> float:
