@@ -36,7 +36,7 @@ def test_on_axes_of_the_user_and_without_touching_settings(results: dict[str, Re
     shown = plots.loop(results["torsion"])._repr_png_()
     assert shown.startswith(b"\x89PNG")
     assert dict(matplotlib.rcParams) == before
-    code = "import sys; from fretsolve import open_result; from fretsolve.post import plots; plots.loop(open_result(sys.argv[1]))"
+    code = "import sys, fretsolve, fretsolve.post.plots as plots; plots.loop(fretsolve.open_result(sys.argv[1]))"
     assert "matplotlib.pyplot" not in python(f"{code}; print(*sys.modules)", results["torsion"].path)
 
 
