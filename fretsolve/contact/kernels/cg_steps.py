@@ -118,23 +118,23 @@ class Steps:
 
 @compiled
 def start_loops(
-    solution, displacement, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse
+    solution, displacement, direction, residual, image, stiffness, normal, zone, weight, constraints, inverse_gram
 ):
     rows = len(weight)
     clear_loops(0, rows, solution, displacement, direction, image)
     _, moments = apply_loops(0, rows, residual, residual, direction, stiffness, normal, zone, weight, constraints)
-    amplitudes = _multiply(inverse, moments)
+    amplitudes = _multiply(inverse_gram, moments)
     for m in range(len(amplitudes)):
         amplitudes[m] = -amplitudes[m]
     return advance_loops(0, rows, solution, residual, direction, image, weight, constraints, amplitudes, 1.0)
 
 
 @compiled
-def search_loops(image, direction, residual, weight, normal, constraints, inverse, rho_before):
+def search_loops(image, direction, residual, weight, normal, constraints, inverse_gram, rho_before):
     rows = len(weight)
     rho, moments = precondition_loops(0, rows, image, residual, weight, normal, constraints)
     if rho > 0.0:
-        amplitudes = _multiply(inverse, moments)
+        amplitudes = _multiply(inverse_gram, moments)
         turn_loops(0, rows, direction, image, weight, constraints, amplitudes, rho / rho_before)
     return rho
 
@@ -152,14 +152,14 @@ def step_loops(
     zone,
     weight,
     constraints,
-    inverse,
+    inverse_gram,
     rho,
 ):
     components, rows, columns = image.shape
     kappa, moments = apply_loops(0, rows, moved, image, direction, stiffness, normal, zone, weight, constraints)
     if not kappa > 0.0:
         return kappa, math.inf
-    amplitudes, length = _multiply(inverse, moments), rho / kappa
+    amplitudes, length = _multiply(inverse_gram, moments), rho / kappa
     alpha = image.dtype.type(length)
     for part in range(components):
         for i in range(rows):
