@@ -196,10 +196,10 @@ class WearState:
 class State:
     """Everything after one certified increment.
 
-    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is
-    `broadcast_zeros`, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has
-    any; wear: where there is any; before: the start of the increment, where the next increment is predicted by the
-    change since then.
+    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is read-only
+    zeros, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; wear:
+    where there is any; before: the start of the increment, where the next increment is predicted by the change since
+    then.
     """
 
     summary: Summary
