@@ -27,8 +27,8 @@ from solving import SIMILAR, build
 from fretsolve import run
 from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.contact.zones.line_edges import line_zones, width
-from fretsolve.elastic.line_operator import LineOperator
+from fretsolve.contact.zones.line_contact import line_zones, width
+from fretsolve.elastic.operator_on_grid import LineOperator
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import derive_model

@@ -15,13 +15,11 @@ from fretsolve.case.problems import together
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.cli.commands.stress import FileOptions, FileOrder, compute_with_messages
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.averaging import Average
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
-from fretsolve.post.fatigue.names import CRITERIA, fatigue_path
-from fretsolve.post.fatigue.request import SMALLER, FatigueRequest, read_material, stresses_of_cycle
+from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, read_material, stresses_of_cycle
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, not_closed, stresses_beside
+from fretsolve.post.names import CRITERIA, OUTERMOST, fatigue_path
 from fretsolve.post.stress.computed_file import opened_computed
-from fretsolve.post.stress.names import OUTERMOST
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.result import open_result
 from fretsolve.system.files import make_folder, writing

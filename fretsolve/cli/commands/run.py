@@ -135,8 +135,7 @@ def require_own_side_outputs(
     if output.stress is None and output.fatigue is None:
         return
     require_utf8(out.name, out)
-    from fretsolve.post.fatigue.names import fatigue_path
-    from fretsolve.post.stress.names import stress_path
+    from fretsolve.post.names import fatigue_path, stress_path
 
     for spec, kind, path in (
         (output.stress, "stress", stress_path(out)),
@@ -171,10 +170,9 @@ def write_side_outputs(
         return
     from fretsolve.cli.commands.fatigue import write_fatigue_with_messages
     from fretsolve.cli.commands.stress import FileOrder, write_with_messages
-    from fretsolve.post.fatigue.names import fatigue_path
     from fretsolve.post.fatigue.request import case_request as fatigue_request
+    from fretsolve.post.names import fatigue_path, stress_path
     from fretsolve.post.stress.computed_file import is_made_from
-    from fretsolve.post.stress.names import stress_path
     from fretsolve.post.stress.request import case_request as stress_request
     from fretsolve.post.stress.tractions import TractionHistory
 

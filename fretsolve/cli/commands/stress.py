@@ -11,8 +11,8 @@ from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.errors import CaseError, FileError
 from fretsolve.post.export.selection import stored_step
+from fretsolve.post.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.post.stress.influence import Body
-from fretsolve.post.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.post.stress.peaks import Key, Peak
 from fretsolve.post.stress.request import (
     AS_OPTIONS,

@@ -1,4 +1,4 @@
-"""Margins and size of the potential contact area, as far as closed forms give it; `contact_search` finds the rest."""
+"""Margins and size of the potential contact area, as far as closed forms give it; else a search gives it."""
 
 from __future__ import annotations
 

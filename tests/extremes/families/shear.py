@@ -10,8 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from solving import DISSIMILAR, FRICTION, LOAD, SIMILAR
 
-from fretsolve.contact.solvers.limit_load import load_factor
-from fretsolve.contact.solvers.rigid_modes import TangentialModes
+from fretsolve.contact.solvers.rigid_modes import TangentialModes, load_factor
 from fretsolve.errors import SlidingError
 from fretsolve.problem.model.load_control import LoadControl
 

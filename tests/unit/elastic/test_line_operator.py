@@ -9,7 +9,7 @@ import pytest
 from line_cases import DISSIMILAR, line_case
 from scipy.integrate import quad
 
-from fretsolve.elastic.line_operator import LineOperator, LinePreconditioner, log_integral, strip_influence
+from fretsolve.elastic.operator_on_grid import LineOperator, LinePreconditioner, log_integral, strip_influence
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.materials import compliances
 from fretsolve.problem.model.required_terms import Terms

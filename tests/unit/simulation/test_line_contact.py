@@ -12,7 +12,7 @@ from line_cases import DISSIMILAR, FRICTION, HERTZ, LOAD, MATERIAL, SIMILAR, A, 
 
 from fretsolve import run, run_with_error_bars
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.contact.zones.line_edges import line_zones, width
+from fretsolve.contact.zones.line_contact import line_zones, width
 from fretsolve.errors import GridEdgeError, SlidingError
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_path import LoadPath

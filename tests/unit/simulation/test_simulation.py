@@ -10,8 +10,7 @@ from small_cases import SPHERE, write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, run
-from fretsolve.elastic import convolution, fftw
-from fretsolve.elastic.kernels import parts
+from fretsolve.elastic import convolution, fftw, thread_team
 from fretsolve.errors import CaseError, SlidingError
 from fretsolve.simulation.simulation import set_up
 
@@ -53,7 +52,7 @@ def test_resuming_gives_the_same_to_the_last_bit(states, done):
 def test_threads_change_no_bit(monkeypatch):
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
     monkeypatch.setattr(fftw, "CACHE_BYTES", 2048)  # blocks enough to share out
-    monkeypatch.setattr(parts, "PART_CELLS", 64)
+    monkeypatch.setattr(thread_team, "PART_CELLS", 64)
     for found, wanted in zip(run(build(**PARTS), threads=3), run(build(**PARTS)), strict=True):
         assert_same(found, wanted)
 

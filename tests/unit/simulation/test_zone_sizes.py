@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from solving import FRICTION, HERTZ, LOAD, MATERIAL, A, grid_of, solve_last
 from zones import contact_area, contact_size, stick_area
 
+from fretsolve.contact.zones.area_contact import Extent, ZoneSize
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.contact.zones.zone_sizes import Extent, ZoneSize
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.reference.hertz import hertz_elliptic

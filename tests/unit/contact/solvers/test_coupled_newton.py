@@ -10,8 +10,7 @@ import fretsolve.contact.increment.staggered_iteration
 from fretsolve import run
 from fretsolve.contact.solvers.coupled_equations import gmres
 from fretsolve.contact.solvers.coupled_newton import CoupledNewton
-from fretsolve.contact.solvers.limit_load import load_factor
-from fretsolve.contact.solvers.rigid_modes import TangentialModes
+from fretsolve.contact.solvers.rigid_modes import TangentialModes, load_factor
 from fretsolve.errors import NotConvergedError
 from fretsolve.problem.model.load_control import LoadControl
 

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fretsolve.contact.solvers.limit_load import load_factor
-from fretsolve.contact.solvers.rigid_modes import TangentialModes
+from fretsolve.contact.solvers.rigid_modes import TangentialModes, load_factor
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import fretsolve
-from fretsolve.contact.kernels.contact_kernels import GridKernels, kernels_on
-from fretsolve.elastic.kernels import parts
+from fretsolve.contact.kernels import GridKernels, kernels_on
 
 pytest.importorskip("numba")
 
+from fretsolve.elastic import thread_team
 from fretsolve.elastic.thread_team import ThreadTeam
 
 FORMS = ["numpy", "numpy in parts", "compiled", "compiled in parts"]
@@ -29,7 +29,7 @@ FRICTION += ["return_map", "excess"]
 
 @pytest.fixture(autouse=True)
 def many_parts(monkeypatch):
-    monkeypatch.setattr(parts, "PART_CELLS", 20)
+    monkeypatch.setattr(thread_team, "PART_CELLS", 20)
 
 
 def kernels(form: str, shape, threads: int = 2) -> GridKernels:

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from fretsolve.contact.kernels import contact_kernels
+from fretsolve.contact.kernels import cg
 from fretsolve.elastic.kernels import compiling
 
 pytest.importorskip("numba")
 
-MODULES = sorted(path for one in (compiling, contact_kernels) for path in Path(one.__file__).parent.glob("*.py"))
+MODULES = sorted(path for one in (compiling, cg) for path in Path(one.__file__).parent.glob("*.py"))
 
 CALLS = """
 import sys

@@ -16,7 +16,7 @@ from fretsolve.post.fatigue.criteria import (
     shear_strain_lives,
     swt_lives,
 )
-from fretsolve.post.fatigue.names import CRITERIA
+from fretsolve.post.names import CRITERIA
 
 STEEL = {
     "tension_limit": "300 MPa",

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import smallest_ball
 
 
 def radius_by_subsets(points: np.ndarray) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.averaging import Average, depth_weights
+from fretsolve.post.fatigue.request import Average, depth_weights
 from fretsolve.post.fatigue.stress_cycle import StressCycle, not_closed, opening_of
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress

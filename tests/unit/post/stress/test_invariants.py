@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fretsolve.post.names import INVARIANTS
 from fretsolve.post.stress.invariants import invariant, largest, principal, von_mises
-from fretsolve.post.stress.names import INVARIANTS
 
 
 def tensors(stress):

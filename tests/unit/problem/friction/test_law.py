@@ -19,14 +19,14 @@ from fretsolve.problem.friction.law import FrictionField, friction_law
 from fretsolve.problem.friction.limit import FrictionOnGrid
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.height_map import HeightMap
-from fretsolve.result.state import Fields, nothing
+from fretsolve.result.state import Fields, broadcast_zeros
 from fretsolve.simulation.problem_setup import set_up
 
 GRID = Grid.from_size((20, 16), (1.0, 0.8))
 
 
 def fields(path: float = 0.0, energy: float = 0.0) -> Fields:
-    scalar, vector = nothing(GRID.shape), nothing((2, *GRID.shape))
+    scalar, vector = broadcast_zeros(GRID.shape), broadcast_zeros((2, *GRID.shape))
     start = Fields(scalar, vector, vector, scalar, scalar, np.zeros(GRID.shape, np.uint8), scalar)
     return replace(start, slip_path=np.full(GRID.shape, path), work_density=np.full(GRID.shape, energy))
 

@@ -18,7 +18,7 @@ from fretsolve.problem.friction.limit import FrictionOnGrid
 from fretsolve.problem.friction.weakening import cycles_of_little_change, fall_per_slip, largest_growth
 from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.problem.setup.warnings import case_warnings
-from fretsolve.result.state import Fields, nothing
+from fretsolve.result.state import Fields, broadcast_zeros
 from fretsolve.simulation.problem_setup import set_up
 
 PATH = [{"P": 400.0}, {"delta_x": 1e-3, "increments": 4}]
@@ -124,7 +124,7 @@ def test_cycles_that_count_as_periodic_before_friction_has_run_in_are_warned_of(
 
 
 def fields(slip_path: float = 0.0, work_density: float = 0.0) -> Fields:
-    none, vector = nothing((2, 2)), nothing((2, 2, 2))
+    none, vector = broadcast_zeros((2, 2)), broadcast_zeros((2, 2, 2))
     zone = np.zeros((2, 2), np.uint8)
     return Fields(none, vector, vector, np.full((2, 2), slip_path), np.full((2, 2), work_density), zone, none)
 

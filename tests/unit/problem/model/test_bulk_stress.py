@@ -8,7 +8,7 @@ from solving import LOAD, build
 from fretsolve.case.keys.body_spec import ElasticBody
 from fretsolve.problem.model.materials import BulkResponse, surface_strain
 from fretsolve.problem.model.required_terms import derive_model
-from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
+from fretsolve.simulation.error_bars.coarse_runs import slipping_stages
 from fretsolve.simulation.problem_setup import set_up
 
 STEEL = ElasticBody(young_modulus=200e3, poisson_ratio=0.3)

@@ -9,9 +9,8 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.setup.contact_size import AREA_MARGIN, room_for_coarse_runs
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
-from fretsolve.simulation.contact_search import contact_size
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.problem_setup import contact_size, set_up
 from fretsolve.simulation.simulation import run
 
 

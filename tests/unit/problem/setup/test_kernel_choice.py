@@ -53,17 +53,6 @@ def test_without_numba_nothing_is_compiled(installed, monkeypatch):
     assert not compiled("grid.points=2048")
 
 
-def test_a_contact_of_area_imports_nothing_of_line_contacts():
-    code = """if True:
-        import sys
-        from fretsolve import load_case, run
-        case = load_case("cases/mode1_similar.yaml", ["grid.points=32", "expect=[]"])
-        list(run(case))
-        print(*(name for name in sys.modules if "line" in name.removeprefix("fretsolve") and "fretsolve" in name))"""
-    child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert child.stdout.split() == ["fretsolve.reference.line"]  # closed forms of a cylinder on an area
-
-
 def test_a_short_run_does_not_import_numba(installed):
     code = """if True:
         import sys
