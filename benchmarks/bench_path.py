@@ -49,7 +49,7 @@ RUNS = 3
 SMALL, LARGE = (32, 64, 128), (256, 512, 1024, 2048)
 
 LEAST_IN_PARTS = 256
-"""Points per side of a grid that is large enough to be cut into parts (`fretsolve.elastic.kernels.parts`)."""
+"""Points per side of a grid that is large enough to be cut into parts (`fretsolve.elastic.thread_team`)."""
 
 LARGEST_OF_PATHS = 1024
 """Points per side up to which a whole path is measured; a larger one takes a quarter of an hour."""

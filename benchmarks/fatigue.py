@@ -20,7 +20,7 @@ from helpers import parser_of, report
 from fretsolve.case.keys.output_spec import Material
 from fretsolve.post.fatigue import criteria, critical_plane
 from fretsolve.post.fatigue.criteria import fatigue_field
-from fretsolve.post.fatigue.names import CRITERIA
+from fretsolve.post.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
 MATERIAL = Material(

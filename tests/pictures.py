@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-from fretsolve.result import Result
 
 
 def panels(figure: Figure) -> list[Axes]:
@@ -31,18 +27,3 @@ def heading(figure: Figure) -> str:
 
 def image_of(axes: Axes) -> np.ndarray:
     return axes.images[-1].get_array()
-
-
-def with_path(result: Result, case: dict[str, object], loads: list[float]) -> Result:
-    """`result` with a history of one increment a stage, of the loads Qx."""
-    count = len(loads)
-    result.attributes = {**result.attributes, "effective_case": json.dumps(case)}
-    result.history = {name: np.resize(column, count) for name, column in result.history.items()}
-    result.history |= {
-        "Qx": np.array(loads),
-        "delta_x": 1e-5 * np.array(loads),
-        "stage": np.arange(1, count + 1),
-        "step": np.arange(count),
-        "work_total": 1e-3 * np.arange(count),
-    }
-    return result

@@ -51,8 +51,6 @@ load_path:
   - cycle: {{times: 1, stages: [{{Qx: -36 N, increments: 1}}, {{Qx: 18 N, increments: 1}}]}}
 """
 
-UNLIKE_SHEARED = LOOP.split("  - cycle")[0].replace("0.3}", "0.06}", 1).replace("coupling: none\n", "")
-"""Pressed and sheared, unlike bodies."""
 
 TWO_CYCLES = f"""\
 title: loop

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fretsolve.contact.zones.area_contact import ZoneSize, zone_sizes
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.contact.zones.zone_sizes import ZoneSize, zone_sizes
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.materials import Compliances
 

@@ -26,9 +26,6 @@ among threads of BLAS's own."""
 TANGENTIAL = False, True
 """Which of the components x and y of a tangential field are odd."""
 
-MOST_FIELDS = 3
-"""Fields of a convolution at most: p, qx and qy."""
-
 
 class MatrixTransform:
     """Transforms of fields with `columns` cells along y into `count` coefficients, as products with matrices.
@@ -74,7 +71,8 @@ class FastTransform:
         self._phases = np.exp(-0.5j * np.pi / count * np.arange(count)).astype(complex_type)
         parts = even_parts(pairs, count * complex_type.itemsize)
         self._halves = [(part, slice(pairs + part.start, pairs + part.stop)) for part in parts]
-        members = team.members(range(MOST_FIELDS * len(parts)))
+        # p, qx and qy at most
+        members = team.members(range(3 * len(parts)))
         self._blocks = [CacheBlock((parts[0].stop, count), complex_type) for _ in members]
 
     def forward(self, fields: Fields, odd: Sequence[bool], coefficients: Fields) -> None:

@@ -30,19 +30,12 @@ finally:
     for _name in _hidden:
         del sys.modules[_name]
 
-LARGEST_WISDOM = 2**26
-"""Bytes; a hundred grids take some 100 kB."""
-
 CACHE_BYTES = 300 * 1024
 """Size of a block of lines: three or four fit into the second-level cache of a core. With 400 KiB an increment of mode
 I.3 takes 3 to 4 % longer on 512 x 512 and 1024 x 1024 points, and as long on 256 x 256 and 2048 x 2048."""
 
 LEAST_MEASURED = 2**14
 """Numbers from which plans are measured. On small grids that would take 0.3 s for each and gain a tenth."""
-
-TIME_BY_TWOS = (2.5, 2.0, 1.4, 1.2, 1.0)
-"""Time per point of a transform whose length holds the factor 2 that many times, over that of lengths with a factor of
-16, which suit vector instructions best."""
 
 
 def padded_length(points: int) -> int:
@@ -53,13 +46,15 @@ def padded_length(points: int) -> int:
 def fast_length(least: int, even: bool = False) -> int:
     """Return the length >= `least` on which square fields are transformed fastest: a product of 2, 3 and 5."""
     best, least_time = least, math.inf
+    # time per point by the factors of 2 in the length, over that of a factor of 16, which suits vector instructions
+    times = (2.5, 2.0, 1.4, 1.2, 1.0)
     for length in count(least):
         if length * length >= least_time:
             break
         if pow(30, length.bit_length(), length):  # it does not divide a power of 30, so it has another prime factor
             continue
-        twos = min((length & -length).bit_length(), len(TIME_BY_TWOS)) - 1
-        time = TIME_BY_TWOS[twos] * length * length
+        twos = min((length & -length).bit_length(), len(times)) - 1
+        time = times[twos] * length * length
         if time < least_time and (twos or not even):
             best, least_time = length, time
     return best
@@ -140,7 +135,8 @@ def load_wisdom() -> bool:
         if before is not None and version == _version:
             _known = before
             return True
-        _version, content = version, read_bytes(path, LARGEST_WISDOM)
+        # a hundred grids take some 100 kB
+        _version, content = version, read_bytes(path, 2**26)
         parts = content.split(b"\0")
         if content == before or (len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])):
             _known = content

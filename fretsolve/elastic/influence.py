@@ -31,8 +31,8 @@ from fretsolve.system.arrays import DoubleArray, FloatArray
 Influence = Literal["zz", "xx", "yy", "xy", "xz", "yz"]
 """A displacement and the traction that causes it: `zz` is uz from p, `xy` ux from qy and uy from qx, `xz` ux from p."""
 
-PARTS, LEAST_SHARED = 4, 2**17
-"""Parts of a large transform that threads share, and the numbers from which it is large. Two threads gain 1 % of an
+LEAST_SHARED = 2**17
+"""Numbers from which on a transform is shared among threads in four parts. Two threads gain 1 % of an
 increment on 1024 x 1024 points by it; each part takes a plan of its own, some 0.1 ms."""
 
 Function = Callable[[DoubleArray, DoubleArray], DoubleArray]
@@ -226,7 +226,7 @@ def _transform_half(values: FloatArray, odd: bool, axis: int, team: ThreadTeam) 
     lines = values.T if axis == 0 else values
     inner, direction = (lines[:, 1:-1], "FFTW_RODFT00") if odd else (lines, "FFTW_REDFT00")
     if inner.shape[1] > 1 or (odd and inner.size):
-        size = -(-len(inner) // (PARTS if inner.size >= LEAST_SHARED else 1))
+        size = -(-len(inner) // (4 if inner.size >= LEAST_SHARED else 1))
         parts = (inner[first : first + size] for first in range(0, len(inner), size))
         # planned here, because FFTW makes one plan at a time
         plans = [plan(part, part, axes=(1,), direction=direction, flags=("FFTW_ESTIMATE",)) for part in parts]

@@ -86,7 +86,7 @@ class MirroredConvolution:
 
     def normal(self, spectra: Spectra, pressure: FloatArray, uz: FloatArray) -> None:
         """Compute uz from pressure, or the reverse, (nx, ny) or (1, nx, ny)."""
-        self._scalar(spectra["zz"], False, _plane(pressure), _plane(uz))
+        self._scalar(spectra["zz"], False, plane(pressure), plane(uz))
 
     def _scalar(self, kernel: KernelSpectrum, odd: bool, field: FloatArray, result: FloatArray) -> None:
         """Compute `result` from one `field`, both (nx, ny); odd: both are odd in y, as qy and uy are."""
@@ -128,7 +128,7 @@ class MirroredConvolution:
             return Lines(self._kernels.tangential_from_pressure, kernels, [(x, x[:0])], [(x, y)])
 
         task = Task(("tangential from pressure", spectra["xz"]), (False,), TANGENTIAL, lines)
-        self._apply(task, (_plane(pressure),), displacement)
+        self._apply(task, (plane(pressure),), displacement)
 
     def normal_from_shear(self, spectra: Spectra, shear: FloatArray, uz: FloatArray) -> None:
         """Compute uz (nx, ny) from shear (2, nx, ny)."""
@@ -138,7 +138,7 @@ class MirroredConvolution:
             kernels = self._values(spectra["xz"]), self._values(spectra["yz"])
             return Lines(self._kernels.normal_from_shear, kernels, [(x, y)], [(x, x[:0])])
 
-        self._apply(Task(("normal from shear", spectra["xz"]), TANGENTIAL, (False,), lines), shear, (_plane(uz),))
+        self._apply(Task(("normal from shear", spectra["xz"]), TANGENTIAL, (False,), lines), shear, (plane(uz),))
 
     def coupled(
         self, spectra: Spectra, pressure: FloatArray, shear: FloatArray, uz: FloatArray, displacement: FloatArray
@@ -153,10 +153,9 @@ class MirroredConvolution:
             return Lines(self._kernels.multiply_coupled, kernels, both, both)
 
         task = Task(("coupled", spectra["zz"]), (False, *TANGENTIAL), (False, *TANGENTIAL), lines)
-        self._apply(task, (_plane(pressure), *shear), (_plane(uz), *displacement))
+        self._apply(task, (plane(pressure), *shear), (plane(uz), *displacement))
 
     def _apply(self, task: Task, fields: Fields, results: Fields) -> None:
-        """Convolve `fields` into `results`."""
         coefficients, along_x = self._kept.get(task.name) or self._coefficients_and_steps(task)
         self._transform.forward(fields, task.odd_fields, coefficients)
         along_x()
@@ -184,7 +183,6 @@ class MirroredConvolution:
         )
 
     def _steps(self, lines: Lines, part: slice, blocks: list[CacheBlock]) -> Callable[[], None]:
-        """Return what convolves a part of `lines` along x."""
         join, split, multiply = self._spectral.join_rows, self._spectral.split_rows, lines.multiply
         count = part.stop - part.start
         joined = [
@@ -209,7 +207,6 @@ class MirroredConvolution:
         return convolve
 
     def _blocks_of(self, member: int, rows: int, lines: Lines) -> list[CacheBlock]:
-        """Return the blocks of a thread for so many rows of `lines`."""
         own, most = self._blocks.setdefault((member, rows), []), len(lines.sources)
         own.extend(CacheBlock((rows, self.padded[0]), self._complex) for _ in range(most - len(own)))
         return own[:most]
@@ -231,7 +228,7 @@ class MirroredConvolution:
         return kernel.values[: self._count]
 
 
-def _plane(field: FloatArray) -> FloatArray:
+def plane(field: FloatArray) -> FloatArray:
     """Return a field (nx, ny) or (1, nx, ny) as (nx, ny)."""
     return field if field.ndim == 2 else field[0]
 

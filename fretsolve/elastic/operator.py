@@ -30,9 +30,6 @@ from fretsolve.system.arrays import FloatArray
 INNER_PRECISION = np.float32
 """Precision of the inner iterations. Residuals are computed in double precision."""
 
-UNIT_OF_COMPLIANCE = 2.0
-"""Unit of the inner iterations, in self-coefficients of a cell. From one to three the iterations hardly differ."""
-
 
 class Preconditioner:
     """Computes tractions (MPa) from displacements (mm), times `factor`, in the precision `dtype`.
@@ -116,7 +113,8 @@ class ElasticOperator:
     @cached_property
     def unit(self) -> float:
         """Unit of compliance of the inner iterations (mm per MPa)."""
-        return UNIT_OF_COMPLIANCE * self.self_coefficient
+        # from one to three times the iterations hardly differ
+        return 2.0 * self.self_coefficient
 
     @cached_property
     def inner(self) -> Self:

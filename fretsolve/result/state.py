@@ -21,7 +21,7 @@ from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 
 
 @cache
-def nothing(shape: tuple[int, ...]) -> FloatArray:
+def broadcast_zeros(shape: tuple[int, ...]) -> FloatArray:
     """Return read-only zeros that take no memory: a field that a case does not need."""
     return np.broadcast_to(np.float64(0.0), shape)
 
@@ -196,9 +196,10 @@ class WearState:
 class State:
     """Everything after one certified increment.
 
-    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is `nothing`, and
-    so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; wear: where
-    there is any; before: the start of the increment, where the next increment is predicted by the change since then.
+    displacement: tangential elastic displacement u2 - u1, ``(2, nx, ny)``. Where nothing can slip, it is read-only
+    zeros, and so are shear, slip, slip_path and work_density. errors: error bars of the summary, if it has any; wear:
+    where there is any; before: the start of the increment, where the next increment is predicted by the change since
+    then.
     """
 
     summary: Summary

@@ -20,7 +20,7 @@ from fretsolve.result.header import RunHeader
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import HEADER_NAME, all_parts, all_states, write_part, write_result
 from fretsolve.result.resume import TO_GO_ON, SavedRun
-from fretsolve.result.state import Fields, State, nothing
+from fretsolve.result.state import Fields, State, broadcast_zeros
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reason_of, reported, require_free, require_regular
 
@@ -45,9 +45,10 @@ def _require_name(out: Path) -> None:
 
 
 def _fields_alone(fields: Fields, names: Collection[str]) -> Fields:
-    """Return `fields` with `nothing` in place of all but `names`."""
+    """Return `fields` with `broadcast_zeros` in place of all but `names`."""
     arrays: dict[str, Any] = {
-        name: array if array is None or name in names else nothing(array.shape) for name, array in vars(fields).items()
+        name: array if array is None or name in names else broadcast_zeros(array.shape)
+        for name, array in vars(fields).items()
     }
     return Fields(**arrays)
 
@@ -152,7 +153,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             before = self._unsaved[-2]
             names = self.header.fields if self.header.stores_fields(before.summary.step) else ()
             fields = _fields_alone(before.fields, names)
-            self._unsaved[-2] = State(before.summary, fields, nothing(before.displacement.shape), before.errors)
+            self._unsaved[-2] = State(before.summary, fields, broadcast_zeros(before.displacement.shape), before.errors)
         self._write_shared(state)
         if time.monotonic() - self._saved_at >= self._pause:
             self.save()

@@ -17,15 +17,12 @@ from fretsolve.contact.increment.increment import Solved
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.state import Fields, Zone, nothing
+from fretsolve.result.state import Fields, Zone, broadcast_zeros
 from fretsolve.system.arrays import BoolArray, FloatArray, IndexArray, vector_lengths
 
 FEW_PAIRS = 10_000_000
 """Pairs of cells up to which all distances are computed, 1 ns each. A tree of the cells is for more of them; it takes
 0.1 s or more to load."""
-
-AT_ONCE = 50_000
-"""Pairs whose distances are in memory at a time."""
 
 LEVEL = 1e-8
 """Difference of the square of the pressure between neighbouring cells, over that square, up to which it is rounding."""
@@ -35,7 +32,7 @@ def unloaded(separation: FloatArray) -> tuple[Fields, FloatArray]:
     """Return fields and displacement before the first increment: the surfaces touch at their nearest points."""
     nearest = np.min(separation, where=np.isfinite(separation), initial=np.inf)
     gap = separation - (nearest if np.isfinite(nearest) else 0.0)
-    scalar, vector = nothing(separation.shape), nothing((2, *separation.shape))
+    scalar, vector = broadcast_zeros(separation.shape), broadcast_zeros((2, *separation.shape))
     return Fields(scalar, vector, vector, scalar, scalar, np.zeros(separation.shape, np.uint8), gap), vector
 
 
@@ -43,11 +40,13 @@ def fields_of(
     solved: Solved, before: Fields, setup: ProblemSetup, team: ThreadTeam
 ) -> tuple[Fields, FloatArray, float]:
     """Return fields and displacement after an increment, and the energy dissipated in it; team: shares a large grid."""
-    slip_path, work_density, work = nothing(setup.grid.shape), nothing(setup.grid.shape), 0.0
+    slip_path, work_density, work = broadcast_zeros(setup.grid.shape), broadcast_zeros(setup.grid.shape), 0.0
     if setup.model.may_slip:
         slip_path, work_density, work = _accumulate(solved, before, setup, team)
     kept = partial(_kept, precision=precision_of(setup))
-    friction, limit = _friction_fields(solved, setup)
+    stored, friction = setup.case.output.fields, None
+    if "friction" in stored:
+        friction = kept(np.array(np.broadcast_to(solved.friction.coefficient_at(solved.pressure), setup.grid.shape)))
     fields = Fields(
         pressure=kept(solved.pressure),
         shear=kept(solved.shear),
@@ -56,8 +55,8 @@ def fields_of(
         work_density=kept(work_density),
         zone=solved.zone,
         gap=kept(solved.gap),
-        friction=None if friction is None else kept(friction),
-        shear_bound=None if limit is None else kept(limit),
+        friction=friction,
+        shear_bound=kept(solved.friction_limit) if "shear_bound" in stored else None,
     )
     displacement = kept(solved.displacement)
     displacement.flags.writeable = False
@@ -72,23 +71,13 @@ def read_only(fields: Fields) -> Fields:
     return fields
 
 
-def _friction_fields(solved: Solved, setup: ProblemSetup) -> tuple[FloatArray | None, FloatArray | None]:
-    """Return the coefficient of friction and the friction limit (MPa), (nx, ny); None for what is not stored."""
-    stored, coefficient, limit = setup.case.output.fields, None, None
-    if "friction" in stored:
-        coefficient = np.array(np.broadcast_to(solved.friction.coefficient_at(solved.pressure), setup.grid.shape))
-    if "shear_bound" in stored:
-        limit = solved.friction_limit
-    return coefficient, limit
-
-
 def precision_of(setup: ProblemSetup) -> type[np.floating]:
     """Return the precision of the elastic operator and of the fields of the states."""
     return np.float32 if setup.case.solver.precision == "single" else np.float64
 
 
 def _kept(field: FloatArray, precision: type[np.floating]) -> FloatArray:
-    """Return `field` in the precision of the states; `nothing` stays `nothing`."""
+    """Return `field` in the precision of the states; `broadcast_zeros` stay so."""
     if not any(field.strides):
         return np.broadcast_to(precision(0.0), field.shape)
     return field.astype(precision, copy=False)
@@ -169,7 +158,8 @@ def nearest(places: IndexArray, cells: IndexArray) -> IndexArray:
         from scipy.spatial import cKDTree  # takes longer to import than a small case to solve
 
         return np.asarray(cKDTree(cells).query(places)[1])
-    found, size = np.empty(len(places), np.intp), max(AT_ONCE // len(cells), 1)
+    # so many pairs have their distances in memory at a time
+    found, size = np.empty(len(places), np.intp), max(50_000 // len(cells), 1)
     row, column = cells.T.copy()  # lying together they take half the time
     for first in range(0, len(places), size):
         part = slice(first, first + size)

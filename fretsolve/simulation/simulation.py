@@ -6,16 +6,18 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.contact.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
+from fretsolve.contact.increment.line_increment import LineIncrementSolver
 from fretsolve.contact.increment.mirrored_increment import MirroredIncrementSolver
 from fretsolve.contact.increment.states import InitialState, Prediction, with_mismatch
-from fretsolve.contact.zones.area_contact import UNMEASURED, AreaContact
+from fretsolve.contact.zones.area_contact import AreaContact
+from fretsolve.contact.zones.line_contact import LineContact
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
@@ -25,18 +27,9 @@ from fretsolve.problem.model.surface import is_mirrored, map_border, map_spans
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
-from fretsolve.simulation.contact_search import contact_size
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.problem_setup import contact_size, set_up
 from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
-
-if TYPE_CHECKING:
-    from fretsolve.contact.zones.line_contact import LineContact
-    from fretsolve.wear.worn_surfaces import WornSurfaces
-
-FEWEST_POINTS = 3
-"""Points of a side of which one can be in contact and those beside it free."""
-
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -62,21 +55,24 @@ def states_of(
     start: State | None = None,
     history: Sequence[Summary] = (),
     threads: int = 1,
-    measured: Callable[[int], bool] | None = None,
     solver: Callable[[], IncrementSolver] | None = None,
 ) -> Iterator[State]:
     """Yield the states of a problem as `run` does.
 
-    measured: for runs that are not saved, whether the zones are measured after an increment; else their sizes are NaN.
-    solver: gives that of another run of the same problem without wear, which may take turns with this one: an increment
-    depends on its start alone.
+    solver: gives the solver of another run of the same problem without wear, which may take turns with this one: an
+    increment depends on its start alone.
     """
     contact = _contact(setup, increment_solver(setup, setup.separation(), threads) if solver is None else solver())
     separation = contact.solver.separation
     team = contact.solver.team
     friction = setup.friction_on_grid()
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
-    wear = None if setup.wear is None else _worn_surfaces(setup, contact.solver, separation, start)
+    wear = None
+    if setup.wear is not None:  # which changes in place the `separation` that the solver refers to
+        from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases need none of it
+
+        worn = None if start is None else start.wear
+        wear = WornSurfaces(setup.wear, setup.case.friction, contact.solver, separation, worn)
     # lines are solved directly; in scaled tractions and in single precision differences of displacements are no slip
     predicts = setup.model.has_shear and not setup.model.line
     predicts = predicts and setup.model.orthotropy is None and precision_of(setup) is np.float64
@@ -112,9 +108,7 @@ def states_of(
         if has_unsaved_wisdom():
             save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
-        sizes = UNMEASURED
-        if measured is None or measured(step):
-            sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
+        sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
         last = fields
         past = Before(last.pressure, last.shear, displacement) if predicts else None
         fields, displacement, work = fields_of(solved, last, setup, team)
@@ -179,7 +173,6 @@ def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Su
 
 
 def _loses_contact(history: Sequence[Summary]) -> bool:
-    """Return whether the contact was lost in one of some increments."""
     return any(before.contact_cells and not after.contact_cells for before, after in pairwise(history))
 
 
@@ -189,11 +182,9 @@ def _rigid(summaries: Sequence[Summary]) -> Vector:
 
 
 def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[IncrementSolver]:
-    """Return the class that solves a problem's increments. Most cases need none of the others."""
+    """Return the class that solves a problem's increments."""
     model = setup.model
     if model.line:
-        from fretsolve.contact.increment.line_increment import LineIncrementSolver  # other cases need none of it
-
         return LineIncrementSolver
     if model.orthotropy is not None:
         return OrthotropicIncrementSolver
@@ -203,22 +194,7 @@ def _solver_type(setup: ProblemSetup, separation: DoubleArray) -> type[Increment
 
 
 def _contact(setup: ProblemSetup, solver: IncrementSolver) -> AreaContact | LineContact:
-    """Return the contact of a problem."""
-    if not setup.model.line:
-        return AreaContact(setup, solver)
-    from fretsolve.contact.zones.line_contact import LineContact  # other cases need none of it
-
-    return LineContact.of(setup, solver)
-
-
-def _worn_surfaces(
-    setup: ProblemSetup, solver: IncrementSolver, separation: DoubleArray, start: State | None
-) -> WornSurfaces:
-    """Return the surfaces of a problem with wear, which change in place the `separation` that the solver refers to."""
-    from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases need none of it
-
-    assert setup.wear is not None
-    return WornSurfaces(setup.wear, setup.case.friction, solver, separation, None if start is None else start.wear)
+    return LineContact.of(setup, solver) if setup.model.line else AreaContact(setup, solver)
 
 
 def _working_seconds() -> float:
@@ -283,7 +259,8 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     worn, grid = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms), setup.grid
     of_axes = zip(grid.axes, size, grid.shape, grid.size, strict=False)  # a line has one axis
     sides = [(max(side, worn), points, present) for _, side, points, present in of_axes]
-    if any(points < FEWEST_POINTS for _, points, _ in sides):
+    # of three points of a side one can be in contact, and those beside it are free
+    if any(points < 3 for _, points, _ in sides):
         larger = tuple(max(side, present) for side, _, present in sides)
         return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"
     roomy = tuple(side * room_for_cells(points) for side, points, _ in sides)

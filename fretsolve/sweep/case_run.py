@@ -15,8 +15,7 @@ from pathlib import Path
 from fretsolve.case.loading import read_case
 from fretsolve.elastic.kernels import load
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
-from fretsolve.post.fatigue.names import fatigue_path
-from fretsolve.post.stress.names import stress_path
+from fretsolve.post.names import fatigue_path, stress_path
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter

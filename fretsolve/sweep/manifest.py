@@ -37,9 +37,6 @@ _OWN_NAME = re.compile(
 )
 """Files and folders of a sweep whose manifest is missing, or is being written."""
 
-LARGEST_NOTE = 2**20
-"""Bytes of a note, which is a line."""
-
 CaseId = Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
 """The digest of a case, which names its files."""
 
@@ -238,7 +235,8 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     if is_locked(folder):
         return CaseState(row, "running")
     with suppress(OSError, FileError, ValueError, KeyError, TypeError):
-        note = json.loads(read_small_text(manifest.note(row), "a note", LARGEST_NOTE))
+        # a note is a line
+        note = json.loads(read_small_text(manifest.note(row), "a note", 2**20))
         return CaseState(row, "error", int(note["exit_code"]), str(note["reason"]))
     try:
         increments = sum(part.last - part.first + 1 for part in contiguous_parts(folder))

@@ -14,8 +14,7 @@ from fretsolve.case.history import PAIRS
 from fretsolve.case.keys.unrolled_path import last_repetitions
 from fretsolve.errors import SlidingError
 from fretsolve.post.export.selection import relevant_columns, total_cost
-from fretsolve.post.fatigue.names import WORST_NAMES, fatigue_path
-from fretsolve.post.stress.names import PEAK_NAMES, stress_path
+from fretsolve.post.names import PEAK_NAMES, WORST_NAMES, fatigue_path, stress_path
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
@@ -190,7 +189,6 @@ def running_condition_of(result: Result) -> RunningCondition:
 
 
 def _condition_in(result: Result, steps: slice) -> RunningCondition:
-    """Return the running condition in some increments."""
     columns = ("contact_cells", "stick_cells", "max_shear")
     touching, sticking, shear = (result.history[name][steps] for name in columns)
     if not shear.any():

@@ -240,7 +240,6 @@ def _base(case: Path, spec: SweepSpec, common: Point, source: CaseSource) -> Bas
 
 
 def _require_quantities(spec: SweepSpec, source: CaseSource, survey: _Survey) -> None:
-    """Raise CaseError if the cases do not have a quantity that the sweep names."""
     for index, text in enumerate(spec.quantities):
         try:
             quantity = read_quantity(text, survey.stages)

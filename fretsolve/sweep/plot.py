@@ -26,9 +26,6 @@ from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
-MOST_TICKS, Y_LETTERS = 5, 42
-"""Ticks at values of a key, and letters of a label beside the panel."""
-
 CONDITIONS: dict[str, dict[str, Any]] = {
     "stick": {"marker": "^", "color": "0.5"},
     "partial slip": {"marker": "o", "color": "#3b528b"},
@@ -178,7 +175,7 @@ def _panel(ax: Target, table: Table, x: Column, y: Column | str) -> Iterator[tup
     with canvas(ax, 1, (3.7, 2.9)) as sheet:
         axes = sheet.axes[0]
         ylabel = y if isinstance(y, str) else _label(y.name, y.units)
-        axes.set(xlabel=_label(x.name, x.units), ylabel="\n".join(textwrap.wrap(ylabel, Y_LETTERS)))
+        axes.set(xlabel=_label(x.name, x.units), ylabel="\n".join(textwrap.wrap(ylabel, 42)))
         for column, set_scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
             values = np.unique(column.values) if isinstance(column, Column) else np.empty(0)
             if len(values) > 2 and values[0] > 0.0:
@@ -205,8 +202,7 @@ def _add_scale(sheet: Canvas, axes: Axes, table: Table, over: Column) -> None:
 
 
 def _some(values: Sequence[Any] | DoubleArray) -> list[Any]:
-    """Return at most MOST_TICKS of the values, from the first to the last."""
-    places = np.linspace(0, len(values) - 1, min(len(values), MOST_TICKS)).round().astype(int)
+    places = np.linspace(0, len(values) - 1, min(len(values), 5)).round().astype(int)
     return [values[place] for place in places]
 
 
@@ -227,14 +223,7 @@ def _in_words(name: str) -> str:
     return physical_name(last) + end
 
 
-def _short_name(key: str) -> str:
-    """Return the last part of a key, as a symbol if it has one."""
-    name = key.rpartition(".")[2]
-    return symbol(name) if physical_name(name).endswith("$") else name.replace("_", " ")
-
-
 def _label(name: str, units: str) -> str:
-    """Return the meaning of a column and its unit."""
     return _in_words(name) if units in ("", "1") else f"{_in_words(name)} ({units.replace('um', 'µm')})"
 
 
@@ -260,7 +249,9 @@ def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
         shown = (
             str(value) if column.values.dtype == object else f"{value:.6g} {column.units.replace('um', 'µm')}".rstrip()
         )
-        return f"{_short_name(column.name)} {shown}"
+        short = column.name.rpartition(".")[2]
+        short = symbol(short) if physical_name(short).endswith("$") else short.replace("_", " ")
+        return f"{short} {shown}"
 
     names = [", ".join(text(column, row) for column in others) for row in range(len(table.states))]
     return {name: np.flatnonzero(np.array(names) == name) for name in dict.fromkeys(names)}

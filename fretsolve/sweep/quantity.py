@@ -9,8 +9,7 @@ from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
 from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.names import WORST_NAMES
-from fretsolve.post.stress.names import PEAK_NAMES
+from fretsolve.post.names import PEAK_NAMES, WORST_NAMES
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY

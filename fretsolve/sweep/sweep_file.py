@@ -126,9 +126,6 @@ class SweepSpec(CaseModel):
     slurm: SlurmSpec = Field(default=SlurmSpec(), description="resources under Slurm")
 
 
-LARGEST_CSV = 2**28
-"""Bytes of a file of points."""
-
 MOST_SHOWN = 10
 """Problems that are reported one by one."""
 
@@ -274,7 +271,7 @@ def _sampled(sample: LatinHypercube, source: CaseSource, key: KeyPath) -> list[P
 def _read_csv(path: Path, source: CaseSource, key: KeyPath) -> Iterator[Point]:
     """Yield the points of a CSV file. Raises CaseError with its line, FileError."""
     try:
-        require_regular(path, LARGEST_CSV)
+        require_regular(path, 2**28)
         with path.open(encoding="utf-8-sig", newline="") as file:
             lines = [(reader.line_num, row) for reader in [csv.reader(file)] for row in reader if any(row)]
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a NUL in the name

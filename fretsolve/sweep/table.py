@@ -125,7 +125,6 @@ def write_table_hdf5(
 def write_table_parquet(path: Path, columns: Iterable[Column], *, exclusive: bool = False) -> None:
     """Write the columns of the CSV file, with types. Raises CaseError without pyarrow, FileError."""
     try:
-        import pyarrow
         import pyarrow.parquet
     except ImportError as error:
         raise CaseError(f"Parquet needs pyarrow, which cannot be imported ({error}): pip install pyarrow") from error
@@ -249,7 +248,6 @@ def _write_sweep_hdf5(path: Path, table: Table, *, fields: bool, exclusive: bool
 
 
 def _about(table: Table) -> Iterator[Column]:
-    """Yield the columns that every sweep has."""
     yield column("index", [state.row.index for state in table.states])
     yield column("id", [state.row.id for state in table.states])
     yield column("status", [state.status for state in table.states])

@@ -30,9 +30,6 @@ twice of it changes the increments of a run by less than a fifth. A jump of two 
 USUAL_TOLERANCE = 0.01
 """Below this tolerance the first jump shrinks; otherwise 1e-3 was not met in partial slip at T = 1."""
 
-SHORTEST_JUMP = 2.0
-"""Cycles of the shortest jump."""
-
 FIRST_SHARE = 0.1
 """Part of all cycles that the first jump may have, and of those over which friction stays nearly constant, so that its
 own error is small over the whole: without it dissimilar bodies took four times the increments."""
@@ -171,7 +168,7 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimit
         # its error goes with its square, and no later jump can take back what wear_error counts of it
         part = min(1.0, math.sqrt(jumps.tolerance / USUAL_TOLERANCE))
         first = min(part * FIRST_DEPTH * limits.scale / depth, part * FIRST_SHARE * left, FIRST_SHARE * limits.most)
-        most = min(most, max(SHORTEST_JUMP, first), FIRST_SHARE * left)
+        most = min(most, max(2.0, first), FIRST_SHARE * left)
     else:
         before, error = cycles[last], cycles[last + 1].error
         growth = math.sqrt(SAFETY * allowed * before.jumped_volume / error) if error > 0.0 else MOST_GROWTH

@@ -32,12 +32,6 @@ from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 SHARE = 1.0 - 1.0 / math.sqrt(2.0)
 """Share g of the jump that each of the stages takes implicitly."""
 
-MOST_PARTS = 64
-"""Largest number of parts of a jump."""
-
-RICHARDSON = 3.0
-"""Difference between a second-order result and that of half its steps, over the error of the latter."""
-
 
 @dataclass(frozen=True)
 class ProfileProblem:
@@ -73,14 +67,14 @@ def wear_over_jump(level: GridLevel, problem: ProfileProblem, compliance: Double
         parts *= 2
         depth = _in_parts(level, problem, compliance, parts)
         worn = float(depth.sum())
-        error = float(abs(depth - before).sum()) / RICHARDSON
-        if error <= allowed * worn or parts == MOST_PARTS:
+        # the difference between a second-order result and one of half its steps is three times the error of the latter
+        error = float(abs(depth - before).sum()) / 3.0
+        if error <= allowed * worn or parts == 64:
             return WornDepth(depth, error / worn if worn > 0.0 else 0.0)
         before = depth
 
 
 def _in_parts(level: GridLevel, problem: ProfileProblem, compliance: DoubleArray, parts: int) -> DoubleArray:
-    """Return the depth that is worn over a jump in some equal parts."""
     solver = NormalSolver(CompliantOperator(level.operator, SHARE / parts * compliance), level.grid)
     # The depth is summed up by itself: past the edge of a punch there is no material, and the separation is infinite.
     pressure, depth = problem.pressure, np.zeros_like(problem.pressure)

@@ -26,15 +26,13 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("id", "../../x"),
         ("id", "/etc/passwd"),
-        ("id", "0123456789abcdeF"),
         ("id", "0123456789abcdef\n"),
         ("index", 7),
-        ("settings", {"friction": 0.1}),
         ("settings", None),
         ("seconds", "long"),
     ],
 )
-@pytest.mark.parametrize("words", [("status",), ("work", "--cases", "0"), ("collect",)])
+@pytest.mark.parametrize("words", [("status",), ("work", "--cases", "0")])
 def test_a_manifest_cannot_lead_elsewhere(
     sweep: Path, tmp_path: Path, key: str, value: object, words: tuple[str, ...]
 ) -> None:

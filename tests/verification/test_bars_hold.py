@@ -39,7 +39,7 @@ def assert_bars_hold(case: Case, truth: dict[int, dict[str, float]], widest: flo
                 assert abs(found - true) <= bar, f"corrected {name} {found:.5g} +- {bar:.2g}, truly {true:.5g}"
 
 
-@pytest.mark.parametrize("points", [16, 24, 45, 64])
+@pytest.mark.parametrize("points", [16, 45])
 def test_a_pressed_sphere(points: int) -> None:
     exact = {"delta_z": HERTZ.delta_z, "contact_radius": A, "max_pressure": HERTZ.max_pressure}
     case = build(friction=0.0, grid={"points": points}, load_path=[{"P": LOAD}])
@@ -56,7 +56,7 @@ def test_a_pressed_ellipsoid(radii: tuple[float, float]) -> None:
 
 
 @pytest.mark.parametrize("points", [24, 40])
-@pytest.mark.parametrize("share", [0.02, 0.05, 0.2, 0.6, 0.9])
+@pytest.mark.parametrize("share", [0.02, 0.2, 0.9])
 def test_a_sphere_sheared_and_back(share: float, points: int) -> None:
     """By Cattaneo and Mindlin."""
     force = share * FRICTION * LOAD
@@ -70,7 +70,7 @@ def test_a_sphere_sheared_and_back(share: float, points: int) -> None:
 
 
 @pytest.mark.parametrize("points", [28, 48])
-@pytest.mark.parametrize("share", [0.03, 0.3, 0.85])
+@pytest.mark.parametrize("share", [0.03, 0.85])
 def test_a_sphere_that_is_turned(share: float, points: int) -> None:
     """By Lubkin."""
     exact = lubkin(HERTZ, FRICTION, share * gross_slip_torque(HERTZ, FRICTION), MATERIAL.torsional)
@@ -86,7 +86,7 @@ def test_gross_slip_by_displacement() -> None:
     assert_bars_hold(case, {2: {"work_total": limit * (way - 0.8 * last)}}, widest=0.1)
 
 
-@pytest.mark.parametrize("points", [24, 48, 101])
+@pytest.mark.parametrize("points", [24, 101])
 @pytest.mark.parametrize("share", [0.3, 0.85])
 def test_a_line_contact_sheared_and_back(share: float, points: int) -> None:
     """By Cattaneo and Mindlin."""
@@ -174,13 +174,6 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             3: {"delta_x": -8.6293e-4, "stick_radius": 0.1397, "work_total": 1.0562e-2},
         },
     ),
-    "turned cyclically off the centre": (
-        {
-            "grid": {"points": 32, "size": 1.0, "center": [0.1, 0.0]},
-            "load_path": [{"P": 400.0}, *({"phi_z": phi, "increments": 1} for phi in (3e-3, -3e-3))],
-        },
-        {3: {"stick_radius": 0.1316, "Mz": -6.606, "work_total": 2.178e-2}},
-    ),
     "pressed in three increments, sheared in one": (
         {
             "bodies": DISSIMILAR,
@@ -188,54 +181,6 @@ CASES: dict[str, tuple[dict[str, Any], dict[int, dict[str, float]]]] = {
             "load_path": [{"P": 400.0, "increments": 3}, {"Qx": 30.0, "increments": 1}],
         },
         {2: {"delta_x": 7.795e-4, "stick_radius": 0.1057, "work_total": 8.506e-3, "max_pressure": 2177.0}},
-    ),
-    "reversed near gross slip": (
-        {"grid": {"points": 32}, "load_path": [{"P": 400.0}, *({"Qx": q, "increments": 4} for q in (38.8, -38.8))]},
-        {3: {"delta_x": -9.9366e-4, "stick_radius": 0.0931, "work_total": 1.7502e-2}},
-    ),
-    "slip that meets within a cell": (
-        {
-            "bodies": ["rigid", {"young_modulus": 129200.0, "poisson_ratio": 0.12}],
-            "surface": {"sphere": {"radius": 1.778}},
-            "friction": 0.095,
-            "grid": {"points": [96, 24], "size": [0.187375, 0.21025]},
-            "load_path": [{"P": 12.77, "My": 0.03619, "increments": 1}],
-        },
-        {1: {"max_pressure": 2791.0, "contact_radius": 0.050212, "delta_z": 1.4315e-3, "work_total": 4.4872e-5}},
-    ),
-    "a stick zone of three cells of which none sticks": (
-        {
-            "bodies": ["rigid", {"young_modulus": 309500.0, "poisson_ratio": 0.08}],
-            "surface": {"sphere": {"radius": 1.782}},
-            "friction": 0.031,
-            "grid": {"points": 40, "size": [0.1106, 0.1181]},
-            "load_path": [{"P": 21.14, "increments": 8}, {"Qx": 0.6357, "increments": 1}],
-        },
-        {2: {"stick_radius": 3.3623e-3, "delta_x": 4.0263e-5, "work_total": 3.7189e-5}},
-    ),
-    "a moment on a sharp punch": (
-        {
-            "bodies": [
-                {"young_modulus": 21800.0, "poisson_ratio": 0.02},
-                {"young_modulus": 78364.4, "poisson_ratio": 0.45},
-            ],
-            "surface": {"punch": {"half_width": 0.0898}},
-            "friction": 0.468,
-            "grid": {"points": 40, "size": [0.2214, 0.2315]},
-            "load_path": [{"P": 19.14, "increments": 4}, {"delta_x": 4.024e-3, "increments": 6}],
-        },
-        {2: {"My": 0.11408, "contact_radius": 0.10136, "work_total": 0.013355}},
-    ),
-    "one increment that presses and shears in proportion": (
-        {
-            "grid": {"points": 32, "size": 0.6},
-            "load_path": [
-                {"P": 100.0, "increments": 4},
-                {"Qx": 6.0, "increments": 12},
-                {"P": 200.0, "Qx": 12.0, "increments": 1},
-            ],
-        },
-        {3: {"delta_x": 3.535e-4, "stick_radius": 0.2390, "work_total": 5.9456e-5}},
     ),
     "the direction of the shear turned in one increment": (
         {

@@ -10,19 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, build, grid_of, solve
-from zones import stick_area
+from solving import FRICTION, HERTZ, MATERIAL, grid_of, solve
 
-from fretsolve.contact.solvers.normal import NormalSolver
-from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
-from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.problem.model.required_terms import derive_model
-from fretsolve.problem.model.surface import separation
 from fretsolve.reference.cyclic_loading import CyclicLoading
-from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
-from fretsolve.result.state import Zone
+from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 
 POINTS = (24, 48, 96)
 SIZES = (0.68, 0.72, 0.77)
@@ -132,74 +123,3 @@ def test_lubkin(torsion, name, order, finest):
 
 def test_shear_across_the_load_is_nil_without_cross_influence(mindlin):
     assert mindlin["qy"].max() == 0.0
-
-
-def one_way_stick_ratios(friction, points, loads):
-    """c/a under growing loads where pressure moves the surfaces sideways, but shear leaves the pressure alone.
-
-    By the count of cells and by the place of the front within them, of the last load.
-    """
-    parts = {"bodies": DISSIMILAR, "friction": friction, "grid": {"points": points, "size": 0.72}}
-    case, grid = build(**parts), grid_of(**parts)
-    model = derive_model(case)
-    operator = ElasticOperator(grid.shape, (grid.dx, grid.dy), model.compliances, model.terms)
-    normal, tangential = NormalSolver(operator, grid), TangentialSolver(operator, grid)
-    undeformed = separation(case.surface, grid.x, grid.y)
-    pressure, rigid = np.zeros(grid.shape), np.zeros(3)
-    shear, sideways, before = (np.zeros((2, *grid.shape)) for _ in range(3))
-    for load in loads:
-        control = LoadControl((True, False, False), (load, 0.0, 0.0))
-        approach = rigid[0]
-        pressed = normal.solve(undeformed, control, pressure, 1e-6, 2000, rigid)
-        rigid = pressed.rigid
-        operator.tangential_from_pressure(pressure, sideways)
-        unloaded = LoadControl((True, True, False), (0.0, 0.0, 0.0))
-        elastic_slip = before - sideways
-        result = tangential.solve(
-            elastic_slip, unloaded, friction * pressure, shear, 1e-6, 2000, SlipScales(rigid[0] - approach)
-        )
-        assert pressed.converged
-        assert result.converged
-        before[:] = sideways
-    contact = pressure > 0.0
-    zone = np.where(contact, np.where(tangential.slipping, Zone.SLIP, Zone.STICK), Zone.OPEN).astype(np.uint8)
-    unused = np.zeros(grid.shape), np.zeros_like(shear)  # gap and slip: the front is placed by the shear alone
-    bound = friction * pressure
-    fields = ZoneFields(pressure, unused[0], shear, bound, unused[1], zone, unused[1])
-    stick = stick_area(fields, grid, model.compliances, np.inf)
-    counted = np.sqrt(np.count_nonzero(zone == Zone.STICK) / np.count_nonzero(contact))
-    return counted, np.sqrt(stick / np.pi) / np.cbrt(load / HERTZ.load) / HERTZ.contact_radius
-
-
-def growing(increments, power=1.0):
-    """Loads in equal steps, or in steps of equal growth of the contact."""
-    return HERTZ.load * np.linspace(0.0, 1.0, increments + 1)[1:] ** power
-
-
-@pytest.mark.parametrize(
-    "friction", [0.05, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.1, 0.15, 0.2)), 0.25]
-)
-def test_spence_with_one_way_coupling(friction):
-    """Within half a cell; 20 increments of P leave an error of a tenth of a cell."""
-    found, _ = one_way_stick_ratios(friction, 64, growing(20))
-    cell = 0.72 / 64 / HERTZ.contact_radius
-    assert found == pytest.approx(spence_stick_ratio(friction, 0.1938), abs=0.5 * cell)
-
-
-@pytest.mark.parametrize("friction", [*(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.08, 0.15)), 0.12])
-def test_a_front_that_gains_ground_is_placed_within_cells(friction):
-    """To a fourteenth of a cell (a count: a quarter of it), wherever it is in a cell, though it moves by a third of one
-    in an increment."""
-    cell = 0.72 / 64 / HERTZ.contact_radius
-    exact = spence_stick_ratio(friction, 0.1938)
-    for last in (0.92, 1.0):
-        _, found = one_way_stick_ratios(friction, 64, last * growing(60, power=3.0))
-        assert found == pytest.approx(exact, abs=0.07 * cell / np.cbrt(last))
-
-
-@pytest.mark.slow
-def test_spence_is_approached_with_more_increments():
-    """The error is about of first order: a ring of cells slips too far in an increment's step."""
-    exact = spence_stick_ratio(0.1, 0.1938)
-    few, many = (abs(one_way_stick_ratios(0.1, 96, growing(count))[0] - exact) for count in (5, 20))
-    assert many < 0.5 * few

@@ -27,12 +27,12 @@ from solving import SIMILAR, build
 from fretsolve import run
 from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.contact.zones.line_edges import line_zones, width
-from fretsolve.elastic.line_operator import LineOperator
+from fretsolve.contact.zones.line_contact import line_zones, width
+from fretsolve.elastic.operator_on_grid import LineOperator
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import derive_model
-from fretsolve.reference.hertz import HertzLine, RoundedPunch, pressed_stick_ratio
+from fretsolve.reference.hertz import HertzLine, pressed_stick_ratio
 from fretsolve.reference.line_slip import LinePartialSlip
 from fretsolve.result.state import Zone
 
@@ -117,8 +117,8 @@ class TestCylinder:
         assert state.summary.work_total == pytest.approx(CATTANEO.work_per_cycle / 4.0, rel=2e-3)
 
     @pytest.mark.parametrize("increments", [1, 5])
-    @pytest.mark.parametrize("cells", [12, 15, 20, 41])
-    @pytest.mark.parametrize("part", [0.3, 0.6, 0.8])
+    @pytest.mark.parametrize("cells", [12, 41])
+    @pytest.mark.parametrize("part", [0.3, 0.8])
     def test_stick_zone_of_a_cycle(self, cells, part, increments):
         """It is as large at each turn: the slip past its edge doubles, the reserve in it does not."""
         peak = part * FRICTION * LOAD
@@ -129,7 +129,7 @@ class TestCylinder:
             assert turn.summary.stick_radius == pytest.approx(exact, abs=0.025 * A / cells)
 
     @pytest.mark.parametrize("increments", [1, 5])
-    @pytest.mark.parametrize("cells", [12, 15, 20, 41])
+    @pytest.mark.parametrize("cells", [12, 20])
     @pytest.mark.parametrize("turned", [-1.04, -0.99, -0.96, -0.92, -0.9, -0.7])
     def test_stick_zone_of_unequal_turns(self, cells, turned, increments):
         """An edge up to a cell from an earlier one is found to 0.24 of a cell, beyond an earlier one far closer."""
@@ -257,14 +257,6 @@ class TestDissimilar:
         assert other.shear[0] == pytest.approx(-one.shear[0], rel=1e-6, abs=1e-6)
         assert other.pressure == pytest.approx(one.pressure, rel=1e-6, abs=1e-6)
 
-    def test_shear_points_inwards_if_body_1_gives_way_more(self):
-        """C > 0: q towards the centre, on body 2 that is negative on the right."""
-        case = line_case(bodies=DISSIMILAR, load_path=[{"P": LOAD, "increments": 6}])
-        fields = list(run(case))[-1].fields
-        assert derive_model(case).compliances.C > 0.0
-        right = line_x({"points": 64, "size": 1.0}) > 0.0
-        assert (fields.shear[0, right, 0] <= 0.0).all() and fields.shear[0, right, 0].min() < 0.0
-
     @pytest.mark.parametrize(
         "friction", [0.10, *(pytest.param(mu, marks=pytest.mark.slow) for mu in (0.15, 0.20, 0.25))]
     )
@@ -370,13 +362,6 @@ class TestApproach:
         assert again.delta_z == pytest.approx(pressed.delta_z, rel=1e-9)
 
 
-def test_punch_of_a_narrow_flat_is_a_cylinder():
-    narrow = RoundedPunch(LOAD, 1e-6, 10.0, MATERIAL.contact_modulus)
-    surface = {"punch": {"half_width": 1e-6, "edge_radius": 10.0}}
-    summary = solve_line(surface=surface, load_path=[{"P": LOAD}])[-1].summary
-    assert summary.contact_radius == pytest.approx(narrow.half_width, rel=1e-3)
-
-
 class TestBulkStress:
     """A cylinder under Q and bulk stress in proportion; b = sigma/(4 mu p0) of body 2."""
 
@@ -418,13 +403,9 @@ class TestBulkStress:
         assert found.stick_center_x == pytest.approx(0.0, abs=1e-6 * A)
         assert found.Qx == pytest.approx(0.0, abs=1e-6)
 
-    def test_never_slides_all(self):
-        """Bulk stress alone leaves a stick zone however large it is."""
-        assert self.solve(80, (0.0, 2.0, 1))[-1].stick_cells > 0
-
     @pytest.mark.parametrize("points", [64, 65])
-    @pytest.mark.parametrize("part", [0.3, 0.77, 0.95])
-    @pytest.mark.parametrize("b", [5.0, 30.0, 1000.0])
+    @pytest.mark.parametrize("part", [0.3, 0.95])
+    @pytest.mark.parametrize("b", [5.0, 1000.0])
     def test_large_stress_leaves_less_than_a_cell_to_stick(self, points, part, b):
         """Slip of both signs meets in a cell, in one increment; the force is kept."""
         stage = {"Qx": part * FRICTION * LOAD, "bulk_2": {"xx": b * self.UNIT}, "increments": 1}
@@ -465,12 +446,6 @@ class TestBulkStress:
         near, far = ends
         assert far[0] == pytest.approx(near[0], rel=0.2)
         assert far[1:] == pytest.approx(near[1:], rel=1e-6)
-
-    def test_pulling_both_alike_does_nothing(self):
-        stress = {"xx": 0.2 * self.UNIT}
-        path = [{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_1": stress, "bulk_2": stress, "increments": 1}]
-        found = solve_line(grid=cells_per_half_width(80), load_path=path)[-1].summary
-        assert found.stick_center_x == pytest.approx(0.0, abs=1e-6 * A)
 
     @pytest.mark.parametrize(("b", "energy"), [(0.1, 6.82853e-4), (0.2, 1.05826e-3), (-0.2, 1.05826e-3)])
     def test_energy_of_a_cycle_in_phase_or_opposite(self, b, energy):

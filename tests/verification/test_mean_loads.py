@@ -14,7 +14,7 @@ from fretsolve.result.state import Zone
 LIMIT = FRICTION * LOAD
 
 
-@pytest.mark.parametrize("least", [0.06, 0.2, 0.35])
+@pytest.mark.parametrize("least", [0.06, 0.35])
 @pytest.mark.parametrize("increments", [1, 20])
 def test_cylinder(least, increments):
     """Between 0.6 and `least` of mu P the stick zone is that of half their difference: c = a sqrt(1 - f).
@@ -41,7 +41,7 @@ def test_cylinder(least, increments):
 
 
 @pytest.mark.parametrize("increments", [5, 40])
-@pytest.mark.parametrize("cells", [10, 12, 20, 33])
+@pytest.mark.parametrize("cells", [10, 33])
 @pytest.mark.parametrize("least", [0.1, 0.35])
 def test_unloading_in_small_increments(least, cells, increments):
     """Behind the edge the shear traction still has its first direction, and is farther from the limit opposite to it.
@@ -72,7 +72,7 @@ def test_a_force_that_turns_back_askew():
     assert found[17] == pytest.approx(found[64], abs=0.1 / 17)
 
 
-@pytest.mark.parametrize("cells", [12, 20, 41])
+@pytest.mark.parametrize("cells", [12, 41])
 def test_cycles_after_a_larger_load(cells):
     """The cells inside the edge slipped in the larger load: what they slipped then is not of this front."""
     turns = [{"Qx": part * LIMIT, "increments": 1} for part in (0.8, -0.5, 0.5)]

@@ -9,10 +9,8 @@ import pytest
 from solving import DISSIMILAR, build, solve
 
 from fretsolve import run
-from fretsolve.case.line_case import LineCase
 from fretsolve.errors import SlidingError
-from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.problem.model.materials import Orthotropy, mismatch_displacement
+from fretsolve.problem.model.materials import mismatch_displacement
 from fretsolve.simulation.problem_setup import set_up
 
 PAIR = {"coefficient": [0.2, 0.1]}
@@ -21,16 +19,6 @@ PAIR = {"coefficient": [0.2, 0.1]}
 def driven(friction, points=64, **stage):
     path = [{"P": 400.0}, {"increments": 1, **stage}]
     return solve(friction=friction, grid={"points": points}, load_path=path)[-1]
-
-
-def test_matrix():
-    for angle in (0.0, 0.3, math.pi / 2):
-        matrix = Orthotropy.of((0.2, 0.1), angle)
-        axis = np.array([math.cos(angle), math.sin(angle)])
-        assert matrix.times(axis) == pytest.approx(math.sqrt(2.0) * axis)
-        assert matrix.inverse.times(matrix.times(np.array([0.3, -0.7]))) == pytest.approx([0.3, -0.7])
-    forces = Orthotropy.of((0.2, 0.1), 0.0).scaled(LoadControl((True, False, False), (30.0, 1e-3, 0.0)))
-    assert forces.values == pytest.approx((30.0 / math.sqrt(2.0), 1e-3 / math.sqrt(2.0), 0.0))
 
 
 def test_certified():
@@ -145,18 +133,3 @@ def test_more_than_friction_carries():
 def test_what_is_not_solved_is_refused(stage, message):
     with pytest.raises(ValueError, match=message):
         build(friction={**PAIR, "angle": 0.5}, grid={"points": 24}, load_path=[{"P": 400.0}, stage])
-
-
-def test_line_contact_has_one_coefficient():
-    body = {"young_modulus": 200e3, "poisson_ratio": 0.3}
-    with pytest.raises(ValueError, match="a line contact has one coefficient of friction"):
-        LineCase.model_validate(
-            {
-                "plane": "strain",
-                "bodies": [body, body],
-                "surface": {"cylinder": {"radius": 10.0}},
-                "grid": {"points": 32},
-                "friction": PAIR,
-                "load_path": [{"P": 100.0}],
-            }
-        )

@@ -8,7 +8,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 from command_line import invoke
-from small_cases import case_error, write_case
+from small_cases import write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, open_result, run
@@ -96,14 +96,6 @@ def test_error_bars(tmp_path):
     assert done.exit_code == 0, done.stderr
     with open_result(tmp_path / "case.h5") as result:
         assert 0.0 < result.history["delta_x_error"][-1] < 0.2 * result.history["delta_x"][-1]
-
-
-@pytest.mark.parametrize("tolerance", ["1e-6", "9e-6"])
-def test_a_tolerance_below_what_it_certifies_is_refused(tmp_path, tolerance):
-    text = TEXT.replace("precision: single", f"precision: single, tolerance: {tolerance}")
-    message = str(case_error(write_case(tmp_path, text)))
-    assert message.startswith(f"{tmp_path / 'case.yaml'}:6: solver.tolerance: {float(tolerance):g} is less than single")
-    assert "1e-05 or more is needed, or precision: double" in message
 
 
 def test_estimate_tells_what_is_saved(tmp_path):

@@ -1,14 +1,13 @@
-"""Contact and stick radii within cells: their errors, order and smoothness, against those of counted cells."""
+"""Contact and stick radii within cells: their errors and order, against counted cells."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from solving import FRICTION, HERTZ, LOAD, MATERIAL, RADIUS, A, grid_of, solve, solve_last
+from solving import FRICTION, HERTZ, LOAD, MATERIAL, A, grid_of, solve
 from zones import contact_area, stick_area
 
 from fretsolve.contact.zones.edge_law import ZoneFields
-from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin
 from fretsolve.result.state import Zone
 
@@ -61,9 +60,6 @@ class TestModeOne:
         assert (contact < [4e-4, 1.2e-4, 5e-5]).all()
         assert (stick < [3e-3, 5e-4, 2e-4]).all()
 
-    def test_they_are_far_below_those_of_counting(self, mode_one):
-        assert (mode_one[:, :2] < 0.1 * mode_one[:, 2:]).all()
-
     def test_order_of_convergence(self, mode_one):
         order = -np.polyfit(np.log(POINTS), np.log(mode_one), 1)[0]
         assert (order[:2] > [1.3, 1.7]).all()
@@ -76,26 +72,8 @@ class TestModeOne:
         found = solved_radii(path, grid={"points": points, "size": 0.7226}, coupling="tangential")
         assert found[1] == pytest.approx(CERTIFIED_STICK_RADIUS, rel=3e-3)
 
-    def test_number_of_increments_does_not_matter(self):
-        parts = {"grid": {"points": 64, "size": 0.7226}, "coupling": "none"}
-        for increments in (2, 5, 20):
-            found = solved_radii([{"P": LOAD}, {"Qx": SHEAR_FORCE, "increments": increments}], **parts)
-            assert found[1] == pytest.approx(MINDLIN.stick_radius, rel=1e-3)
-
-    def test_a_whole_cycle(self):
-        """Unloading by dQ makes a front as a load of dQ/2 does from nothing."""
-        turns = [(SHEAR_FORCE, 0.0), (SHEAR_FORCE, -SHEAR_FORCE), (-SHEAR_FORCE, 0.0), (-SHEAR_FORCE, SHEAR_FORCE)]
-        once = {"P": LOAD, "increments": 1}, {"Qx": SHEAR_FORCE, "increments": 1}
-        parts = {"grid": {"points": 64, "size": 0.7226}, "coupling": "none"}
-        states = solve(load_path=[*once, *({"Qx": force, "increments": 2} for _, force in turns)], **parts)
-        grid = grid_of(**parts)
-        for (turned_at, force), before, state in zip(turns, states[2::2], states[3::2], strict=True):
-            exact = A * np.cbrt(1.0 - 0.5 * abs(force - turned_at) / (FRICTION * LOAD))
-            assert state.summary.Qx == pytest.approx(force, abs=1e-3)
-            assert radii(state, before, grid)[1] == pytest.approx(exact, abs=0.01 * grid.dx)
-
     @pytest.mark.parametrize("increments", [1, 6])
-    @pytest.mark.parametrize("points", [32, 47])
+    @pytest.mark.parametrize("points", [47])
     @pytest.mark.parametrize("force", [16.0, 30.0])
     def test_cycles_between_the_same_forces(self, points, force, increments):
         """The stick zone is the same at each turn, in one increment or several."""
@@ -113,34 +91,3 @@ def test_torsion():
         path = [{"P": LOAD}, {"Mz": TORQUE, "increments": 1}]
         found = solved_radii(path, grid={"points": points, "size": 0.7226})
         assert found[1] == pytest.approx(exact, rel=2e-3)
-
-
-def jumps(areas, cell):
-    """Largest change in cells of the step from one area to the next."""
-    return np.abs(np.diff(areas, 2)).max() / cell
-
-
-def test_the_contact_grows_smoothly():
-    """Under loads 1 % apart, by 11 cells of 64 x 64 each."""
-    parts = {"grid": {"points": 64, "size": 0.76}}
-    grid, loads = grid_of(**parts), 300.0 * 1.01 ** np.arange(25)
-    states = [solve_last(**parts, load_path=[{"P": float(load)}]) for load in loads]
-    found = np.array([contact_area(state.fields.pressure, state.fields.gap, grid, MATERIAL) for state in states])
-    exact = np.array([hertz_sphere(load, RADIUS, MATERIAL.contact_modulus).contact_radius for load in loads])
-    counted = [np.count_nonzero(state.fields.pressure) * grid.cell_area for state in states]
-    assert radius(found) == pytest.approx(exact, rel=3e-4)
-    assert jumps(found, grid.cell_area) < 1.0
-    assert jumps(counted, grid.cell_area) > 16.0
-
-
-def test_the_stick_zone_shrinks_smoothly():
-    """Under shear forces 1 % apart, by 10 cells of 64 x 64 each and more."""
-    parts = {"grid": {"points": 64, "size": 0.7226}, "coupling": "none"}
-    grid, forces = grid_of(**parts), 20.0 * 1.01 ** np.arange(40)
-    paths = [[{"P": LOAD}, {"Qx": float(force), "increments": 1}] for force in forces]
-    found = np.array([solved_radii(path, **parts) for path in paths])
-    exact = A * np.cbrt(1.0 - forces / (FRICTION * LOAD))
-    assert found[:, 1] == pytest.approx(exact, rel=1e-3)
-    smooth, counted = (jumps(np.pi * found[:, column] ** 2, grid.cell_area) for column in (1, 3))
-    assert smooth < 2.0
-    assert counted > 16.0

@@ -19,14 +19,12 @@ from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
-from fretsolve.post.fatigue.averaging import Average
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
-from fretsolve.post.fatigue.names import CRITERIA, fatigue_path
-from fretsolve.post.fatigue.request import SMALLER, FatigueRequest, read_material, stresses_of_cycle
+from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, read_material, stresses_of_cycle
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, not_closed, stresses_beside
+from fretsolve.post.names import CRITERIA, INVARIANTS, OUTERMOST, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.influence import Body
-from fretsolve.post.stress.names import INVARIANTS, OUTERMOST, stress_path
 from fretsolve.post.stress.peaks import Key, Peak
 from fretsolve.post.stress.request import (
     AS_OPTIONS,

@@ -9,11 +9,10 @@ from typing import Any
 from fretsolve.case.models import Case
 from fretsolve.cli.commands.computed_files import FileOrder, write_fatigue_with_messages, write_with_messages
 from fretsolve.errors import FileError
-from fretsolve.post.fatigue.names import fatigue_path
 from fretsolve.post.fatigue.request import case_request as fatigue_request
 from fretsolve.post.fatigue.request import require_fatigue
+from fretsolve.post.names import fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import is_made_from, opened_computed
-from fretsolve.post.stress.names import stress_path
 from fretsolve.post.stress.request import case_request as stress_request
 from fretsolve.post.stress.request import increments_before, request_before, room_problem
 from fretsolve.post.stress.tractions import TractionHistory

@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.contact.kernels.contact_kernels import ON_ANY_GRID, GridKernels
+from fretsolve.contact.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes
 from fretsolve.elastic.rounding import LEAST_MOTION, LEAST_SLIP, circle_width, least_slip, named_rounding, slips
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.result.state import Certificate, Zone, nothing
+from fretsolve.result.state import Certificate, Zone, broadcast_zeros
 from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, vector_lengths
 
 LARGE_SLIP = 1e-3
@@ -196,9 +196,8 @@ class Verifier:
     def _stick_and_slip(
         self, solution: Solution, contact: BoolArray, friction_limit: FloatArray
     ) -> tuple[FloatArray, NDArray[np.uint8], float, float]:
-        """Return slip increment, zones, and the residuals `stick` and `slip`."""
         if not self.may_slip:
-            return nothing(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
+            return broadcast_zeros(solution.shear.shape), zones(contact, contact & (not self.friction)), 0.0, 0.0
         # C2: slip increment (T2)
         if not (solution.displacement.any() or solution.previous_displacement.any() or solution.motion[3:].any()):
             # nothing moves along, as under a normal load alone: a first contact on 256 x 256 points takes 3 % less time
@@ -209,7 +208,8 @@ class Verifier:
         motion, largest = self.slip_scales(solution, farthest)
         # C3: a cell at the friction limit slips if it moves
         reached = contact & slips(solution.shear, friction_limit, circle_width(self.precision))
-        moved = distance > least_slip_of_zones(self.tolerance, self._moved(solution, motion, farthest))
+        still = max(self.tolerance, min(LEFT_OVER * self.tolerance, LARGEST_LEFT_OVER))
+        moved = distance > still * self._moved(solution, motion, farthest)
         zone = zones(contact, reached & moved if self.friction else contact)
         # C5: slip of cells below the limit, direction of the others'
         if not math.isfinite(farthest):
@@ -248,11 +248,3 @@ def zones(contact: BoolArray, slipping: BoolArray) -> NDArray[np.uint8]:
     zone[contact] = Zone.STICK
     zone[contact & slipping] = Zone.SLIP
     return zone
-
-
-def least_slip_of_zones(tolerance: float, motion: float) -> float:
-    """Return the slip increment (mm) up to which a cell has not moved.
-
-    tolerance: of the case, the stick residual's; motion: of the increment, which that refers to (mm).
-    """
-    return max(tolerance, min(LEFT_OVER * tolerance, LARGEST_LEFT_OVER)) * motion

@@ -13,7 +13,7 @@ from fretsolve.contact.solvers.coupled_newton import CoupledNewton, CoupledProbl
 from fretsolve.elastic.rounding import LEAST_MOTION, circle_width, slips
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
-from fretsolve.result.state import nothing
+from fretsolve.result.state import broadcast_zeros
 from fretsolve.system.arrays import FloatArray
 
 if TYPE_CHECKING:
@@ -36,7 +36,11 @@ def coupled_problem(
     """
     # tractions whose elastic slip since the start is known: none in double precision; in single precision, where the
     # difference of two displacements would lose the slip, those that the staggered iterations start with
-    pressure, shear, elastic_slip = nothing(start.pressure.shape), nothing(start.shear.shape), start.displacement
+    pressure, shear, elastic_slip = (
+        broadcast_zeros(start.pressure.shape),
+        broadcast_zeros(start.shear.shape),
+        start.displacement,
+    )
     if precision is np.float32 and work.elastic_slip is not None:
         pressure, shear, elastic_slip = work.pressure.copy(), work.shear.copy(), work.elastic_slip
     return CoupledProblem(

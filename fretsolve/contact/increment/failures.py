@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from fretsolve.contact.increment.states import WorkingState
-from fretsolve.contact.solvers.limit_load import load_factor
 from fretsolve.contact.solvers.normal import SolverResult
+from fretsolve.contact.solvers.rigid_modes import load_factor
 from fretsolve.contact.solvers.tangential import TangentialSolver
 from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
 from fretsolve.problem.model.grid import Grid, HalfGrid

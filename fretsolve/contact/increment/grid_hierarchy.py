@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fretsolve.contact.increment.failures import require_supported
+from fretsolve.contact.solvers.line_tangential import LineTangentialSolver
 from fretsolve.contact.solvers.normal import NormalSolver
 from fretsolve.contact.solvers.tangential import TangentialSolver
 from fretsolve.elastic.operator import ElasticOperator
@@ -31,10 +32,8 @@ from fretsolve.system.arrays import FloatArray, Vector
 if TYPE_CHECKING:
     from fretsolve.contact.solvers.line_direct import LineDirectSolver
 
-COARSE_TOLERANCE, ERROR_OF_CELLS, COARSE_ITERATIONS = 1e-2, 0.5, 60
-"""Largest tolerance of a coarse problem; its tolerance times its points per side, since it differs from the fine
-problem by about the width of its cells; and limit of its CG iterations. With the second one mode I.2 takes 2 of 18
-applications less on 512 x 512 points, and a first contact one of 13."""
+COARSE_TOLERANCE = 1e-2
+"""Largest tolerance of a coarse problem."""
 
 MOST_DIRECT_STRIPS, MOST_DIRECT_POINTS = 250, 2500
 """Strips of a line contact, and of its grid, up to which increments are solved directly without
@@ -65,7 +64,9 @@ class GridLevel:
     @property
     def tolerance(self) -> float:
         """Tolerance of the problem on this grid where it gives an estimate for a finer one."""
-        return min(COARSE_TOLERANCE, ERROR_OF_CELLS / max(self.grid.whole_shape))
+        # It differs from the fine problem by about the width of its cells. On 512 x 512 points mode I.2 takes 2 of 18
+        # applications less for that, and a first contact one of 13.
+        return min(COARSE_TOLERANCE, 0.5 / max(self.grid.whole_shape))
 
     @cached_property
     def normal(self) -> NormalSolver:
@@ -77,8 +78,6 @@ class GridLevel:
     def tangential(self) -> TangentialSolver:
         """Solver of the tangential problem; the model must have shear."""
         if isinstance(self.grid, LineGrid):
-            from fretsolve.contact.solvers.line_tangential import LineTangentialSolver  # other cases need none of it
-
             return LineTangentialSolver(self.operator, self.grid)
         return TangentialSolver(self.operator, self.grid)
 
@@ -131,7 +130,7 @@ class GridLevel:
         # its solution, from an estimate on still coarser grids
         after = before.copy()
         coarser.estimate_normal(coarse_separation, control, after, rigid)
-        coarser.normal.solve(coarse_separation, control, after, coarser.tolerance, COARSE_ITERATIONS, rigid)
+        coarser.normal.solve(coarse_separation, control, after, coarser.tolerance, 60, rigid)
         # the correction of the fine estimate
         if pressure.any():
             pressure += transfer.prolong(after - before)

@@ -14,14 +14,14 @@ from fretsolve.contact.increment.failures import ADVICE, TOO_FEW_DIGITS, require
 from fretsolve.contact.increment.grid_hierarchy import GridLevel
 from fretsolve.contact.increment.staggered_iteration import StaggeredIteration
 from fretsolve.contact.increment.states import InitialState, WorkingState
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.elastic.kernels import NUMPY, Kernels
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import NoSolutionError, NotConvergedError, SlidingError
 from fretsolve.problem.model.grid import LARGE_GRID, Grid, HalfGrid
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.required_terms import Model
-from fretsolve.result.state import Certificate, nothing
+from fretsolve.result.state import Certificate, broadcast_zeros
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray
 
 SOLVER_TOLERANCE_SHARE = 0.3
@@ -141,7 +141,7 @@ class IncrementSolver:
 
         afresh: from no pressure.
         """
-        slip = nothing(start.shear.shape) if start.mismatch is None else -start.mismatch
+        slip = broadcast_zeros(start.shear.shape) if start.mismatch is None else -start.mismatch
         work = WorkingState(np.array(start.pressure, np.float64), self._own(start.shear), start.rigid.copy(), slip)
         if start.normal != increment.normal:
             self._estimate_pressure(increment, work, afresh)
@@ -205,8 +205,7 @@ class IncrementSolver:
         return InitialState(pressure, shear, displacement, start.rigid, friction, start.normal, mismatch)
 
     def _leave(self, region: ActiveRegion, work: WorkingState) -> None:
-        """Extend the tractions of `work` from a region to the whole grid."""
-        pressure, shear = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
+        pressure, shear = np.zeros(self.grid.shape), broadcast_zeros((2, *self.grid.shape))
         pressure[region.cells] = work.pressure
         if self.model.may_slip:
             shear = np.zeros(shear.shape)
@@ -223,7 +222,7 @@ class IncrementSolver:
             work.pressure = work.pressure.astype(np.float32).astype(np.float64)
             if self.model.may_slip:
                 work.shear = work.shear.astype(np.float32).astype(np.float64)
-        uz, displacement = np.zeros(self.grid.shape), nothing((2, *self.grid.shape))
+        uz, displacement = np.zeros(self.grid.shape), broadcast_zeros((2, *self.grid.shape))
         terms, operator = self.model.terms, self.level.operator
         if terms.tangential or terms.normal_tangential_coupling:
             displacement = np.zeros(displacement.shape)

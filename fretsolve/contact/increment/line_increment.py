@@ -24,9 +24,6 @@ from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.system.arrays import FloatArray, Vector
 
-MOST_SOLUTIONS = 20
-"""Times that an increment of an imposed approach is solved, at most; each is nearer by about (contact/depth)^2."""
-
 
 @dataclass(frozen=True)
 class SunkenPoint:
@@ -91,7 +88,8 @@ class LineIncrementSolver(IncrementSolver):
             return super().solve(increment, start)
         wanted, *tilts = increment.normal.values
         sunk = self.sunken.sinks(start.pressure, start.shear)
-        for _ in range(MOST_SOLUTIONS):
+        # each solution is nearer by about (contact/depth)^2
+        for _ in range(20):
             control = LoadControl(increment.normal.forced, (wanted + sunk, *tilts))
             solved = super().solve(replace(increment, normal=control), start)
             before, sunk = sunk, self.sunken.sinks(solved.pressure, solved.shear)

@@ -20,7 +20,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.problem.model.grid import HalfGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
-from fretsolve.result.state import nothing
+from fretsolve.result.state import broadcast_zeros
 from fretsolve.system.arrays import FloatArray, is_even_field
 
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
@@ -74,7 +74,6 @@ class MirroredIncrementSolver(IncrementSolver):
             self.__dict__.pop("_half", None)
 
     def _whole(self, solved: Solved, start: InitialState) -> Solved:
-        """Return an increment of one half as one of the whole grid."""
         names = ["pressure", "uz", "gap", "zone", "shear", "displacement", "slip"]
         # in single precision the displacement before the increment follows from the displacement after it
         names += ["previous_displacement"] if self._single else []
@@ -91,7 +90,7 @@ class MirroredIncrementSolver(IncrementSolver):
         for half in halves:
             shape = *half.shape[:-1], self.grid.ny
             if half.strides[-1] == 0:
-                wholes.append(nothing(shape))
+                wholes.append(broadcast_zeros(shape))
                 continue
             wholes.append(np.empty(shape, half.dtype))
             components = [(half, wholes[-1])] if half.ndim == 2 else list(zip(half, wholes[-1], strict=True))
@@ -143,12 +142,10 @@ def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
 
 
 def _half_of(field: NDArray[Any]) -> NDArray[Any]:
-    """Return the half y > 0 of a field (nx, ny) or (2, nx, ny)."""
     return field[..., field.shape[-1] // 2 :]
 
 
 def _half_of_start(start: InitialState) -> InitialState:
-    """Return the half y > 0 of a start."""
     normal = None if start.normal is None else _even_part(start.normal, ODD_NORMAL)
     upper = ..., slice(start.pressure.shape[1] // 2, None)
     friction = start.friction.part(upper)

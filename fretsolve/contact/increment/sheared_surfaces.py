@@ -1,4 +1,8 @@
-"""The surfaces that the shear traction deforms, between which the normal problem is solved (ST1, ST7)."""
+"""Surfaces that the shear deforms, between which the normal problem is solved (ST1, ST7), with their acceleration.
+
+Without Anderson's acceleration the fixed-point iterations converge slowly or not at all. Sources: Anderson, J. ACM 12
+(1965); Walker & Ni, SIAM J. Numer. Anal. 49 (2011).
+"""
 
 from __future__ import annotations
 
@@ -6,10 +10,36 @@ import numpy as np
 
 from fretsolve.contact.increment.grid_hierarchy import GridLevel
 from fretsolve.contact.increment.states import WorkingState
-from fretsolve.contact.kernels.contact_kernels import kernels_of
-from fretsolve.contact.solvers.anderson import AndersonAcceleration
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import add_displacement
 from fretsolve.system.arrays import FloatArray
+
+DEPTH = 6
+"""Number of differences of earlier iterates in use. More gain nothing; fewer are worse at strong friction."""
+
+LEAST_SINGULAR_VALUE = 1e-6
+"""Singular value, over the largest, below which a combination of differences is ignored."""
+
+
+class AndersonAcceleration:
+    """Finds x = g(x) from earlier iterates x and their images g(x)."""
+
+    def __init__(self) -> None:
+        self._iterates: list[FloatArray] = []
+        self._residuals: list[FloatArray] = []
+
+    def next(self, iterate: FloatArray, image: FloatArray, weight: FloatArray) -> FloatArray:
+        """Return the next x from x and g(x), both (n,); weight: of each entry of the residual, (n,)."""
+        residual = image - iterate
+        self._iterates.append(iterate.copy())
+        self._residuals.append(residual)
+        del self._iterates[: -DEPTH - 1], self._residuals[: -DEPTH - 1]
+        if len(self._residuals) == 1:
+            return image
+        steps, moves = np.diff(self._residuals, axis=0), np.diff(self._iterates, axis=0)
+        shares = np.linalg.lstsq((steps * weight).T, residual * weight, rcond=LEAST_SINGULAR_VALUE)[0]
+        result: FloatArray = image - shares @ (moves + steps)
+        return result
 
 
 class ShearedSurfaces:

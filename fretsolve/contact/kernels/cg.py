@@ -326,7 +326,6 @@ def _share(weight: FloatArray, field: FloatArray) -> FloatArray:
 
 
 def _take_tangential(block: FloatArray, normal: FloatArray) -> None:
-    """Take the part along `normal` away from a block."""
     along = block[0] * normal[0]
     along += block[1] * normal[1]
     for part, direction in zip(block, normal, strict=True):
@@ -339,13 +338,11 @@ def _product(first: FloatArray, second: FloatArray) -> float:
 
 
 def _moments(field: FloatArray, constraints: FloatArray) -> DoubleArray:
-    """Return the product of the field with each of the constraints."""
     return np.array([_product(constraint, field) for constraint in constraints])
 
 
 @inlined
 def _add_moments(field, i, weight, constraints, moments):
-    """Add the moments of row `i`; weight: (ny,)."""
     for m in range(len(moments)):
         moment = field.dtype.type(0.0)
         for part in range(len(field)):

@@ -179,7 +179,6 @@ def normalise_loops(field, result):
 
 @inlined
 def _multiply(matrix, vector):
-    """Return a small matrix times a vector."""
     result = np.zeros(len(vector))
     for m in range(len(vector)):
         for n in range(len(vector)):

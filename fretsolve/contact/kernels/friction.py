@@ -306,13 +306,11 @@ def excess_loops(first, stop, shear, limit):
 
 
 def _add_motion(field: FloatArray, rigid: FloatArray, x: FloatArray, y: FloatArray) -> None:
-    """Add a rigid motion to the field."""
     field[0] += rigid[0] - rigid[2] * y[None, :]
     field[1] += rigid[1] + rigid[2] * x[:, None]
 
 
 def _tangential(field: FloatArray, normal: FloatArray) -> FloatArray:
-    """Return T field, the part across `normal`."""
     along = field[0] * normal[0] + field[1] * normal[1]
     result: FloatArray = field - along * normal
     return result

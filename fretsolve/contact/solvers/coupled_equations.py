@@ -21,8 +21,6 @@ from fretsolve.contact.kernels.cg import diagonal, share
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.system.arrays import BoolArray, FloatArray
 
-MOST_GMRES_ITERATIONS = 100
-
 DEPENDENT_MOTIONS = 1e-10
 """Singular value, over the largest, below which a combination of the rigid motions counts as none."""
 
@@ -74,7 +72,7 @@ class CoupledEquations:
             return self.apply(*self._precondition(vector, nothing))
 
         # GMRES reduces the residual without a change of the resultants
-        combined, iterations = gmres(apply, residual, target, min(MOST_GMRES_ITERATIONS, most))
+        combined, iterations = gmres(apply, residual, target, min(100, most))
         correction, rest = self._precondition(combined, nothing)
         first += correction
         return self.changes(first), amplitudes + rest, iterations
@@ -99,11 +97,9 @@ class CoupledEquations:
         return image
 
     def _keep_across(self, field: FloatArray) -> None:
-        """Apply T to the last two components, in place."""
         field[1:] -= (field[1] * self._normal[0] + field[2] * self._normal[1]) * self._normal
 
     def _resultants(self, unknown: FloatArray) -> FloatArray:
-        """Return the resultants (m,) of the unknown."""
         return np.tensordot(self._loads, self.changes(unknown), axes=2)
 
     def _precondition(self, right: FloatArray, missing: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.coupled_equations import CoupledEquations
 from fretsolve.contact.solvers.normal import grown
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
@@ -22,9 +22,6 @@ from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector
-
-MOST_STEPS = 30
-"""Newton steps of an attempt."""
 
 ROUGHLY, CLOSELY = 1e-2, 1e-6
 """Factors by which GMRES reduces the residual of (T13): at first, and if the steps then do not converge. At strong
@@ -147,7 +144,7 @@ class CoupledNewton:
         self._contact = contact = work.pressure > 0.0
         left = np.zeros_like(contact)
         last = self.iterations + self._most
-        for step in range(MOST_STEPS):
+        for step in range(30):
             # CN1: shear beyond the friction limit slips; in the slip zone q = b n
             self._return_map(problem, work)
             # CN2: displacements of the tractions; in the first step a fit of the rigid displacements
@@ -186,7 +183,6 @@ class CoupledNewton:
         return None
 
     def _in_gross_slip(self, problem: CoupledProblem, start: CoupledState) -> CoupledState:
-        """Return `start` with all of its contact slipping along the imposed motion."""
         work = deepcopy(start)
         np.greater(work.pressure, 0.0, out=work.slipping)
         self._tangential.displacement(problem.tangential.imposed_displacement, work.shear)
@@ -242,7 +238,6 @@ class CoupledNewton:
         return float(np.max(np.abs(missing) / scale))
 
     def _let_slip(self, work: CoupledState, cells: BoolArray) -> None:
-        """Let `cells` (nx, ny) slip in the direction in which they move."""
         length = np.hypot(self._slip[0], self._slip[1])
         cells = cells & (length > 0.0)
         work.direction[:, cells] = self._slip[:, cells] / length[cells]

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.rounding import SINGLE_ROUNDING
 from fretsolve.system.arrays import FloatArray

@@ -17,11 +17,11 @@ from functools import cache, cached_property
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.coupled_newton import CoupledProblem
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes
-from fretsolve.elastic.line_operator import strip_influence
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.operator_on_grid import strip_influence
 from fretsolve.elastic.rounding import circle_width, slips
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import LineGrid
@@ -38,9 +38,6 @@ JOINING = 1e-3
 MAY_JOIN = 1e-3
 """Change of the gap over the largest uz from which strips may join the contact. Below it they are looked for in the end
 alone, as that takes two convolutions."""
-
-LOST = 100.0
-"""Residual from which no step comes back."""
 
 LinearSolver = Callable[[DoubleArray], FloatArray]
 """Solves the equations of a matrix for right-hand sides (n, k)."""
@@ -193,7 +190,8 @@ class LineDirectSolver:
             if settled and abs(work.direction.sum()) == work.strips.count:
                 return None  # all strips slide one way: the load is the largest, which `tangential` refuses
             # D4 to D6
-            if not settled and not (residual < LOST and self._slide(work, slip, missing)):
+            # from a residual of 100 no step comes back
+            if not settled and not (residual < 100.0 and self._slide(work, slip, missing)):
                 return None
             # D7: stop where the gap stays closed, also beyond the contact; else go to D1
             opened = self._opened(problem, work) if coupled else 0.0
@@ -289,7 +287,6 @@ class LineDirectSolver:
         return errors.penetration > JOINING * tolerance * errors.gap_scale
 
     def _slip(self, problem: CoupledProblem, work: LineState, coupled: bool) -> DoubleArray:
-        """Return the slip of the strips in contact without a rigid motion, (n,)."""
         strips = work.strips
         slip: DoubleArray = problem.elastic_slip[0, strips.index, 0] - strips.tangential @ work.shear
         if coupled:
@@ -330,13 +327,11 @@ class LineDirectSolver:
         return True
 
     def _on_grid(self, strips: Strips, values: FloatArray) -> DoubleArray:
-        """Return values (n,) of strips as a field (nx, 1)."""
         field = np.zeros(self._grid.shape)
         field[strips.index, 0] = values
         return field
 
     def _shear_of(self, work: LineState) -> DoubleArray:
-        """Return the shear of strips as a field (2, nx, 1)."""
         along_x = self._on_grid(work.strips, work.shear)
         return np.array([along_x, np.zeros_like(along_x)])
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from fretsolve.contact.solvers.normal import SolverResult
 from fretsolve.contact.solvers.tangential import SlipScales, TangentialSolver
-from fretsolve.elastic.line_operator import strip_influence
 from fretsolve.elastic.operator import ElasticOperator
+from fretsolve.elastic.operator_on_grid import strip_influence
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
@@ -31,9 +31,6 @@ MOST_WORK = 2e11
 
 ROUGH = 1e-2
 """Tolerance from which on a solution is only an estimate, for which the Newton method has to do."""
-
-MOST_ROUNDS, MOST_MOTIONS = 60, 120
-"""Changes of the zones at one rigid motion, and rigid motions, that are tried at most."""
 
 
 class LineTangentialSolver(TangentialSolver):
@@ -98,7 +95,7 @@ class _Problem:
         """Return q, (n,), where q = K^-1 (free + D) sticks; free: the elastic slip without q. None if none is found."""
         reach = float(np.abs(free).max() + self.moved(self.limit).max() + self.kernel[0] * self.limit.max())
         low, high = -reach, reach
-        for _ in range(MOST_MOTIONS):
+        for _ in range(120):
             motion = 0.5 * (low + high)
             state = np.sign(free + motion)  # few cells stick where this solver is needed
             q = self._at(free + motion, state)
@@ -131,7 +128,7 @@ class _Problem:
 
     def _at(self, free: DoubleArray, state: DoubleArray) -> DoubleArray | None:
         """Return q at a rigid motion, which `free` holds, and find the zones `state` (0 stick, 1 or -1 slip) for it."""
-        for _ in range(MOST_ROUNDS):
+        for _ in range(60):
             q = state * self.limit
             slip = free - self.moved(q)
             stick = np.flatnonzero(state == 0)

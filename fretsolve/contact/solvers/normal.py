@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import Workspace, add_correction, add_displacement
 from fretsolve.contact.solvers.projected_cg import ProjectedCG
 from fretsolve.contact.solvers.rigid_modes import (

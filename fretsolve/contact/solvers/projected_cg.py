@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fretsolve.contact.kernels.contact_kernels import ON_ANY_GRID, GridKernels
+from fretsolve.contact.kernels import ON_ANY_GRID, GridKernels
 from fretsolve.contact.solvers.incremental_update import Workspace
 from fretsolve.contact.solvers.rigid_modes import inverse_of
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.contact.kernels.contact_kernels import kernels_of
+from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import Workspace, add_correction, add_displacement
 from fretsolve.contact.solvers.normal import SolverResult
 from fretsolve.contact.solvers.projected_cg import ProjectedCG
@@ -44,10 +44,7 @@ FLOOR = 0.7
 """CG reduces it to this part of the tolerance (TG4). Mode I.3 takes 3 % fewer applications than with 0.3."""
 
 PATIENCE = 5
-"""Rounds without halving the residual after which rounding is allowed for (TG4) ..."""
-
-STALLED = 100
-"""... and after which the solve is given up, since the zones cycle, as they may where almost nothing sticks."""
+"""Rounds without halving the residual after which rounding is allowed for (TG4)."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +110,8 @@ class TangentialSolver:
             accurate = residual <= tolerance or largest <= rounding
             excess = self._kernels.excess(shear, friction_limit) / largest_limit if accurate else 0.0
             solved = accurate and max(self._unbalance(control, capacity, shear), excess) <= tolerance
-            if solved or iterations >= max_iterations or since_halved >= STALLED or not np.isfinite(residual):
+            # given up after 100 rounds without halving: the zones cycle, as they may where almost nothing sticks
+            if solved or iterations >= max_iterations or since_halved >= 100 or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
             corrected = residual > tolerance
             only_loads_missed = 0 if corrected else only_loads_missed + 1

@@ -75,10 +75,6 @@ ROWS_AROUND, COLUMNS_AROUND = np.indices((3, 3)).reshape(2, 9, 1) - 1
 """Steps along x and y from a cell to those around it."""
 
 
-NOWHERE = np.zeros(0, np.intp)
-"""Numbers of no links."""
-
-
 class ZoneFields(NamedTuple):
     """The fields of an increment that its zones follow from.
 
@@ -124,7 +120,7 @@ class EdgeLaw:
         load, gap = part.cut(fields.pressure, 0.0), part.cut(fields.gap, np.inf)
         opening = materials.contact_modulus * np.maximum(gap[links.outer], 0.0)
         self._carried, self._opening, self._steepest = self._balance(links, load, opening)
-        self._receding = self._growing = self._at_limit = NOWHERE
+        self._receding = self._growing = self._at_limit = np.zeros(0, np.intp)
         if len(part.inside) > 1:
             slipping = part.cut(fields.zone, Zone.OPEN)[links.outer] == Zone.SLIP
             slips = (slipping & (links.zone > 0)).nonzero()[0]

@@ -61,11 +61,6 @@ class ZoneCells:
         """Number of cells of a row."""
         return int(self.inside.shape[2])
 
-    @property
-    def is_row(self) -> bool:
-        """Whether the grid is a single row, whose edges lie along the cells."""
-        return 1 in self.grid.shape
-
     def cut(self, field: NDArray[np.generic], beyond: float) -> NDArray[Any]:
         """Return these cells of a field (nx, ny), as one row of numbers; `beyond` past the grid's border."""
         return _rows(field, self.top, self.top + self.inside.shape[1], self.beyond, beyond).ravel()

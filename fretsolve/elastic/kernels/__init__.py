@@ -2,8 +2,7 @@
 
 There are two forms of each, in NumPy and compiled by numba, side by side in a module (`compiling`). A run
 chooses one of the forms: ``kernels = load(compiled=True)``. `spectral` and `cosine_coefficients` serve the
-convolutions of the elastic operator. `contact_kernels` binds `cg`, `friction` and `normal` to the grid of a contact
-solver: ``kernels_of(operator).cg.add(pressure, correction, factor)``.
+convolutions of the elastic operator; the kernels of contact solvers are in `fretsolve.contact.kernels`.
 """
 
 from __future__ import annotations

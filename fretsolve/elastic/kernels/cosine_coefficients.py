@@ -325,7 +325,6 @@ def _give_negative(mirrored, line, length):
 
 @inlined
 def _fold(upper, lower, sign, line):
-    """Put the cells of two rows into the real and the imaginary part of a line."""
     ny, length = len(upper), len(line)
     for j in range((ny + 1) // 2):
         line[j] = complex(upper[2 * j], lower[2 * j])

@@ -22,9 +22,6 @@ from fretsolve.system.files import read_bytes
 if getattr(numba.config, "DISABLE_JIT", False):  # Python itself would run the loops over cells
     raise ImportError("NUMBA_DISABLE_JIT is set")
 
-LARGEST_FILE = 2**26
-"""Bytes; a kernel takes some 100 kB."""
-
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -84,14 +81,15 @@ class _CheckedFiles(IndexDataCacheFile):
 
 def _stamp_of_kernels() -> tuple[tuple[str, int, int], ...]:
     """Return what tells the modules of kernels from others: a compiled kernel holds constants and code of several."""
-    found = ((path.name, path.stat()) for path in sorted(Path(__file__).parent.glob("*.py")))
+    found = ((path.name, path.stat()) for path in sorted(Path(__file__).parents[2].glob("*/kernels/*.py")))
     return tuple((name, status.st_mtime_ns, status.st_size) for name, status in found)
 
 
 def _is_whole(path: str) -> bool:
     """Return whether a file of the cache is there and ends with the checksum of what is before."""
     with suppress(OSError, FileError):
-        content = read_bytes(Path(path), LARGEST_FILE)
+        # a kernel takes some 100 kB
+        content = read_bytes(Path(path), 2**26)
         return hashlib.sha256(content[:-_DIGEST_SIZE]).digest() == content[-_DIGEST_SIZE:]
     return False
 

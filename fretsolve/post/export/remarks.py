@@ -62,7 +62,8 @@ def wear_totals(result: Result) -> Iterator[str]:
         f" {in_small_unit(depth, 4)} at the deepest place"
     )
     first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]))
-    if first > 0.0 and _cycles_that_wear(result) == 1:
+    stages = result.case.stages() if result.case is not None else ()
+    if first > 0.0 and len({stage.wears.key for stage in stages if stage.wears is not None}) == 1:
         change = float(f"{100.0 * (last / first - 1.0):.2g}")
         # between unlike bodies each jump may take some of the stick zone
         unknown = "; its error is not estimated: compare a smaller tolerance" if result.coupling == "full" else ""
@@ -89,12 +90,6 @@ def warning_of_wear(result: Result, jumps: Collection[WearJumps]) -> str | None:
         f"wear: the jumps may have changed wear_volume by {percent(error / volume, 3)} (wear_error), more than the"
         f" tolerance of {percent(tolerance)}; to come within it, {advice}"
     )
-
-
-def _cycles_that_wear(result: Result) -> int:
-    """Return how many cycles of the load path stand for others; 0 if the case is not known."""
-    stages = result.case.stages() if result.case is not None else ()
-    return len({stage.wears.key for stage in stages if stage.wears is not None})
 
 
 @dataclass(frozen=True)

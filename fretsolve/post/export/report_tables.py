@@ -16,8 +16,8 @@ from fretsolve.result import Result
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 from fretsolve.result.verdict import hides_energy, pressing_scales
 
-if TYPE_CHECKING:  # takes 3 ms to load
-    from fretsolve.result.cycles.table import CycleTable
+if TYPE_CHECKING:
+    from fretsolve.result.cycles.table import CycleTable  # few results have cycles
 
 NEXT_TO_NOTHING = 1e-3
 """Value over the one that goes with it, below which error bars have not been compared with true errors."""
@@ -98,9 +98,6 @@ def _error_text(value: float, error: float) -> str:
 MOST_SPOTS = 10
 """Spots of contact that a table has."""
 
-LEAST_DRIFT = 1e-3
-"""Least drift over the range of its kind that is printed."""
-
 HEADINGS = {
     "dissipated_energy": ("dissipated", "energy"),
     "energy_ratio": ("energy", "ratio"),
@@ -138,7 +135,8 @@ def _tells(table: CycleTable, name: str) -> bool:
     if not name.endswith("_drift"):
         return True
     scale = np.abs(table.columns[name.replace("_drift", "_range")])
-    return bool((np.abs(values) > LEAST_DRIFT * scale).any())
+    # a drift below a thousandth of the range of its kind is not printed
+    return bool((np.abs(values) > 1e-3 * scale).any())
 
 
 def _unit(table: CycleTable, name: str) -> tuple[str, float]:

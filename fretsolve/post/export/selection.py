@@ -11,13 +11,6 @@ from fretsolve.case.history import BULK, CORRECTED_SUFFIX, DISPLACEMENTS, ERROR_
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
-_COLUMNS = (
-    *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
-    *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
-    *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total", "spots"),
-    *("cycles", "jump", "wear_volume", "wear_error", "wear_depth_max"),
-)
-
 NOT_ROUND = 0.1
 """Least difference of half-width and radius, or of middle and origin, over the contact radius, that is shown."""
 
@@ -82,7 +75,13 @@ def relevant_columns(result: Result) -> list[str]:
 
     Widths of a zone that is a circle are left out, as its radius tells them, and so are middles at the origin.
     """
-    return [name for name in _COLUMNS if name in result.history and _is_relevant(result, name)]
+    names = (
+        *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
+        *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
+        *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total", "spots"),
+        *("cycles", "jump", "wear_volume", "wear_error", "wear_depth_max"),
+    )
+    return [name for name in names if name in result.history and _is_relevant(result, name)]
 
 
 def _is_relevant(result: Result, name: str) -> bool:

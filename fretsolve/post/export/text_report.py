@@ -94,7 +94,6 @@ def print_report(
 
 
 def _summary(result: Result) -> list[str]:
-    """Return lines on what the result is: title, status, case."""
     title = result.effective_case.get("title") or result.path.name
     status = f"{result.status}, {counted(result.increments, 'increment')}"
     if "failure" in result.attributes:
@@ -157,7 +156,6 @@ def _cycle_tables(result: Result, width: int) -> list[Table]:
 
 
 def _heading(name: str) -> tuple[str, str]:
-    """Return the name of a column in two lines, of which the first may be empty."""
     stem, _, axis = name.rpartition("_")
     if len(axis) > 1:
         return stem, axis
@@ -212,12 +210,10 @@ def _point_of_load(result: Result) -> list[str]:
 
 
 def _worst_residuals(result: Result) -> DoubleArray:
-    """Return the worst residual of each increment, ``(increments,)``."""
     return np.asarray(np.max([result.history[name] for name in RESIDUALS], axis=0))
 
 
 def _width(column: TextColumn) -> int:
-    """Return the width of a column with two blanks to the next one."""
     return 2 + max(map(len, column))
 
 

@@ -91,6 +91,5 @@ def _document(result: Result, steps: Sequence[int], stored: Sequence[int], sourc
 
 
 def _type(dtype: DTypeLike) -> str:
-    """Return the attributes of a type of numbers."""
     kind = np.dtype(dtype)
     return f'NumberType="{"UChar" if kind == np.uint8 else "Float"}" Precision="{kind.itemsize}"'

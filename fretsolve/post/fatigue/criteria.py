@@ -19,12 +19,8 @@ import numpy as np
 
 from fretsolve.case.keys.output_spec import Material
 from fretsolve.post.fatigue.critical_plane import search
-from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, traction_rows
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, smallest_ball, traction_rows
 from fretsolve.system.arrays import BoolArray, DoubleArray
-
-POINTS_AT_ONCE = 2**18
-"""States times points of the criteria without a plane that are computed at once, about 80 MB of arrays."""
 
 
 @dataclass(frozen=True)
@@ -107,10 +103,6 @@ def dang_van(material: Material, stress: DoubleArray) -> DoubleArray:
     return np.asarray((0.5 * (largest - smallest) + material.dang_van_factor * hydrostatic(stress)).max(axis=0))
 
 
-TIE_WEIGHTS = (0.03, 1e-3, 3e-5, 1e-7)
-"""Shares of the normal stress by which planes of equal shear amplitude are ranked, one after the other."""
-
-
 def findley(material: Material) -> PlaneCriterion:
     """Return tau_a + k max sn (Findley 1959)."""
     k = material.findley_factor
@@ -120,7 +112,8 @@ def findley(material: Material) -> PlaneCriterion:
 def mcdiarmid(material: Material) -> PlaneCriterion:
     """Return tau_a + t_AB/(2 su) max sn on the plane of largest tau_a (McDiarmid 1991); sn < 0 counts as 0."""
     k = material.mcdiarmid_factor
-    ranks = tuple(_weighted(weight) for weight in TIE_WEIGHTS)
+    # shares of the normal stress by which planes of equal shear amplitude are ranked, one after the other
+    ranks = tuple(_weighted(weight) for weight in (0.03, 1e-3, 3e-5, 1e-7))
     return PlaneCriterion(_shear_rows, lambda amplitude, normal: amplitude + k * _tension(normal), ranks, ties=True)
 
 
@@ -240,7 +233,8 @@ def fatigue_field(name: str, material: Material, stress: DoubleArray, **search_o
     limit = criterion.limit(material) if criterion.lives is None else None
     if criterion.plane is None:
         assert criterion.ball is not None
-        count = max(1, POINTS_AT_ONCE // len(stress))
+        # about 80 MB of arrays at once
+        count = max(1, 2**18 // len(stress))
         blocks = [stress[:, :, begin : begin + count] for begin in range(0, stress.shape[2], count)]
         value = np.concatenate([criterion.ball(material, block) for block in blocks])
         return FatigueField(name, criterion.units, value, limit)

@@ -18,15 +18,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, scan_normals, traction_rows, upright
-from fretsolve.post.fatigue.smallest_ball import smallest_ball
+from fretsolve.post.fatigue.planes import (
+    Combine,
+    PlaneCriterion,
+    in_plane_axes,
+    scan_normals,
+    smallest_ball,
+    traction_rows,
+    upright,
+)
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 SCAN_STEP = 10.0
 """Degrees between the planes of the scan of all points."""
-
-REFINED_STEP = 5.0
-"""Degrees between the planes of the scan of points that are refined; `step` if that is less."""
 
 CANDIDATES = 6
 """Planes of that scan from which a point is refined."""
@@ -86,7 +90,7 @@ def search(
     bound = np.maximum(bound, value)
     bound += scan_margin(step) * np.abs(bound)  # Findley's may be negative
     order = np.argsort(-bound)
-    scan = Scan(criterion, min(step, REFINED_STEP))
+    scan = Scan(criterion, min(step, 5.0))
     worst = known
     for block in _blocks(points, BLOCK // PLANES_AT_ONCE // steps):
         some = order[block]

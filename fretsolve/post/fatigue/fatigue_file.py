@@ -15,9 +15,9 @@ from fretsolve import __version__
 from fretsolve.case.models import Case
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.post.fatigue.critical_plane import SCAN_STEP
-from fretsolve.post.fatigue.names import WORST_NAMES, dataset_name, fatigue_path
 from fretsolve.post.fatigue.request import case_request, stresses_of_cycle
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, opening_of, stresses_beside
+from fretsolve.post.names import WORST_NAMES, dataset_name, fatigue_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
 from fretsolve.post.stress.request import is_outermost
 from fretsolve.post.stress.stress_file import write_stress
@@ -127,7 +127,6 @@ def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
 
 
 def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[Any]]:
-    """Create the group of a body with its axes, and return it with their scales."""
     group = file.create_group(f"fatigue/body_{number}")
     body = cycle.body
     group.attrs["steps"] = np.asarray(body.steps)[list(cycle.chosen)]
@@ -136,7 +135,6 @@ def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[
 
 
 def _write_layer(group: Any, scales: list[Any], field: FatigueField, depth: int) -> None:
-    """Write the values of a criterion at one depth."""
     for ending, (attribute, dtype, meaning) in PARTS.items():
         values, name = getattr(field, attribute), dataset_name(field.criterion) + ending
         if values is None:

@@ -15,8 +15,7 @@ import numpy as np
 from fretsolve.case.keys.output_spec import Material
 from fretsolve.case.loading import stored_case
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.averaging import Average, depth_weights
-from fretsolve.post.fatigue.request import FatigueRequest, placed, require_states
+from fretsolve.post.fatigue.request import Average, FatigueRequest, depth_weights, placed, require_states
 from fretsolve.post.stress.computed_file import ComputedFile, not_of_kind
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress, bodies_of

@@ -22,9 +22,7 @@ from fretsolve.post.plots.sheet import Sheet
 from fretsolve.result import Result
 from fretsolve.system.files import PICTURE_MARK
 
-INCH = 25.4
-
-ONE_COLUMN, TWO_COLUMNS = 90.0 / INCH, 190.0 / INCH
+ONE_COLUMN, TWO_COLUMNS = 90.0 / 25.4, 190.0 / 25.4
 """Widths of a figure in a journal of two columns (inches)."""
 
 Target = Axes | Sequence[Axes] | Sheet | None
@@ -66,9 +64,6 @@ BELOW_LABEL: dict[str, Any] = {
 
 LETTERS = 18
 """Letters per inch of an entry in a legend, with the signs of its symbols."""
-
-NARROWEST = 0.72
-"""Least width of a panel, in parts of the width it is made for; a narrower sheet has fewer side by side."""
 
 METADATA = {
     "png": {"Software": PICTURE_MARK},
@@ -151,15 +146,15 @@ def canvas(
     columns: int = MOST_COLUMNS,
     *,
     share: str = "",
-    narrowest: float = NARROWEST,
+    narrowest: float = 0.72,
     heights: Sequence[float] = (),
 ) -> Iterator[Canvas]:
     """Make a canvas of `count` panels of about `size` (inches each) in at most `columns`, or one of the axes given.
 
     A new figure is as wide as its sheet says, else one column of a journal, or two if its panels need more. share: "x",
-    all panels have one x axis, or "row", those of a row one y axis. narrowest: see `NARROWEST`. heights: those of the
-    panels (inches) where they differ, of which a row has the largest. Raises PictureError for axes that belong to no
-    figure.
+    all panels have one x axis, or "row", those of a row one y axis. narrowest: part of its width that a panel has at
+    least, since a narrower sheet has fewer side by side. heights: heights of the panels (inches) where they differ, of
+    which a row has the largest. Raises PictureError for axes that belong to no figure.
     """
     if target is not None and not isinstance(target, Sheet):
         axes = [target] if isinstance(target, Axes) else list(target)
@@ -170,7 +165,7 @@ def canvas(
     sheet = target or Sheet()
     columns = min(columns, count)
     width = (
-        sheet.width / INCH if sheet.width else (ONE_COLUMN if columns * size[0] <= 1.2 * ONE_COLUMN else TWO_COLUMNS)
+        sheet.width / 25.4 if sheet.width else (ONE_COLUMN if columns * size[0] <= 1.2 * ONE_COLUMN else TWO_COLUMNS)
     )
     columns = min(columns, max(1, int(width / (narrowest * size[0]))))
     rows = -(-count // columns)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fretsolve.errors import PictureError
@@ -49,9 +50,8 @@ class PictureKind(NamedTuple):
     @property
     def draw(self) -> Callable[..., Any]:
         """The function, which returns a `Figure`, or a `FuncAnimation` for moving pictures."""
-        import pkgutil
-
-        return pkgutil.resolve_name(f"fretsolve.post.plots.pictures.{self.drawn_by}")  # type: ignore[no-any-return]
+        module, _, function = self.drawn_by.partition(":")
+        return getattr(import_module(f"fretsolve.post.plots.pictures.{module}"), function)  # type: ignore[no-any-return]
 
     def content(self, result: Result, file_format: str, shown: Shown, sheet: Sheet) -> bytes:
         """Return the content of a file of the picture. Raises PictureError."""

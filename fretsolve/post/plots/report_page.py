@@ -30,11 +30,6 @@ OWN_MARK = '<meta name="generator" content="fretsolve">'
 """In the head of every page, by which a page is known before it is replaced."""
 
 
-MOST_FRAMES = 24
-"""Increments that one can step through: some tens of kB each."""
-
-FRAME_DPI = 110
-
 SLIDER = """<script>
 const slider = document.querySelector("#increments input"), frames = document.querySelectorAll("#increments img");
 slider.addEventListener("input", () => frames.forEach((frame, k) => { frame.hidden = k !== Number(slider.value); }));
@@ -72,32 +67,28 @@ def html_page(
 
 def _figure(name: str, content: bytes, dpi: int) -> str:
     caption, file_format = escape(KINDS[name].caption), KINDS[name].formats[0]
-    width = _share_of_page(content, film_dpi(dpi) if file_format in MOVING else dpi)
+    with Image.open(io.BytesIO(content)) as picture:  # in per cent of the page, as wide as two columns of a journal
+        inches = picture.width / (film_dpi(dpi) if file_format in MOVING else dpi)
+    width = min(100.0 * inches / TWO_COLUMNS, 100.0)
     source = _embedded(content, file_format)
     image = f'<img src="{source}" alt="{name}: {caption}" style="width:{width:.3g}%">'
     return f'<figure id="{name}">\n<h2>{name}</h2>\n{image}\n<figcaption>{caption}</figcaption>\n</figure>'
 
 
-def _share_of_page(content: bytes, dpi: int) -> float:
-    """Return the width of a picture in per cent of the page, which is as wide as two columns of a journal."""
-    with Image.open(io.BytesIO(content)) as picture:
-        return min(100.0 * picture.width / (dpi * TWO_COLUMNS), 100.0)
-
-
 def increment_frames(result: Result) -> dict[str, bytes]:
-    """Return maps, or profiles of a line contact, of at most `MOST_FRAMES` increments, by their loads.
+    """Return maps, or profiles of a line contact, of at most 24 increments, by their loads.
 
     Raises PictureError if the result has no fields.
     """
     require_increments(result)
     if len(result.y) > 1:
-        drawn = film(result, most=MOST_FRAMES)
+        drawn = film(result, most=24)  # some tens of kB each
         found = {}
         for step in drawn.steps:
             drawn.show(step)
-            found[step_text(result, step, plain=True)] = rendered(drawn.figure, "png", FRAME_DPI)
+            found[step_text(result, step, plain=True)] = rendered(drawn.figure, "png", 110)
         return found
-    steps = few_steps(result, MOST_FRAMES)
+    steps = few_steps(result, 24)
     figures = [profiles(result, steps=[step]) for step in steps]
     # one scale for panels of one field and unit
     panels = [axes for figure in figures for axes in figure.axes]
@@ -107,7 +98,7 @@ def increment_frames(result: Result) -> dict[str, bytes]:
         for axes in alike:
             axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
     return {
-        step_text(result, step, plain=True): rendered(figure, "png", FRAME_DPI)
+        step_text(result, step, plain=True): rendered(figure, "png", 110)
         for step, figure in zip(steps, figures, strict=True)
     }
 

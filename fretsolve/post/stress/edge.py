@@ -22,10 +22,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from fretsolve.post.names import INVARIANTS, Invariant
 from fretsolve.post.stress.influence import Body, Traction
 from fretsolve.post.stress.invariants import invariant, principal
 from fretsolve.post.stress.layers import LayerConvolution, LayerKernels, Window
-from fretsolve.post.stress.names import INVARIANTS, Invariant
 from fretsolve.problem.model.grid import Grid
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
@@ -48,10 +48,6 @@ def merged(window: Window, sides: tuple[int, int]) -> Window:
 
 EDGE_CELLS = 2
 """Cells from the edge of contact that count as those at the edge."""
-
-SHIFTS = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2))}
-LINE_SHIFTS = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
-"""Sides of the blocks in cells, and the ways to begin them; in a line contact blocks have one row of cells."""
 
 NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
 """Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
@@ -124,7 +120,10 @@ class EdgeExtrapolation:
         *,
         plane_strain: bool = False,
     ):
-        self._shifts = LINE_SHIFTS if plane_strain else SHIFTS
+        # sides of the blocks in cells, and the ways to begin them; in a line contact blocks have one row of cells
+        of_lines = {2: ((0, 0), (1, 0)), 4: ((0, 0), (1, 0), (2, 0), (3, 0))}
+        of_areas = {2: ((0, 0), (0, 1), (1, 0), (1, 1)), 4: ((0, 0), (0, 2), (2, 0), (2, 2))}
+        self._shifts = of_lines if plane_strain else of_areas
         self._margins = EDGE_CELLS, 0 if plane_strain else EDGE_CELLS
         self._plane_strain = plane_strain
         widths = [one.stop - one.start for one in loaded]
@@ -166,7 +165,10 @@ class EdgeExtrapolation:
             finest = blocks[2][0][body]
             if not finest.stress.size:
                 continue
-            places = self._places(finest, added)
+            # the places where the largest stress may be: with the bulk stress, which is uniform, and without it, since
+            # that is what the extrapolation changes
+            ranks = principal(finest.stress + added)[0], principal(finest.stress)[0]
+            places = np.concatenate([finest.tops(rank, 8) for rank in ranks], axis=1)
             chosen = {side: [one[body].near(places) for one in blocks[side]] for side in blocks}
             fine, coarse = (np.mean([principal(one) for one in chosen[side]], axis=0) for side in blocks)
             # Without shear there is a tension all around the contact, and no leading edge.
@@ -182,12 +184,6 @@ class EdgeExtrapolation:
                 best = int(values.argmax())
                 estimates[body, name] = EdgeEstimate(float(values[best]), float(errors[best]), places[:, best])
         return estimates
-
-    def _places(self, blocks: _Blocks, added: DoubleArray) -> DoubleArray:
-        """Return the places where the largest stress may be, ``(2, places)`` in cells."""
-        # With the bulk stress, which is uniform, and without it, since that is what the extrapolation changes.
-        ranks = principal(blocks.stress + added)[0], principal(blocks.stress)[0]
-        return np.concatenate([blocks.tops(rank, 8) for rank in ranks], axis=1)
 
     def _at_edge(
         self, side: int, shift: tuple[int, int], fields: Mapping[Traction, DoubleArray]
@@ -215,11 +211,9 @@ class EdgeExtrapolation:
         }
 
     def _block(self, side: int) -> tuple[int, int]:
-        """Return the cells of a block along x and along y."""
         return side, 1 if self._plane_strain else side
 
     def _wanted_blocks(self, side: int, shift: tuple[int, int]) -> BoolArray:
-        """Return which blocks have wanted cells."""
         inside = []
         for axis, (of, to, width) in enumerate(zip(self._loaded, self._wanted, self._block(side), strict=True)):
             target = self._convolutions[side].target[axis]

@@ -161,7 +161,6 @@ def stress_terms(
 
 
 def _from_strip(component: str, traction: str, nu: float) -> dict[str, float]:
-    """Return the terms of a strip, times pi."""
     if traction == "qy":
         return {"xy": {"log_x": -0.5}, "yz": {"angle": -1.0}}.get(component, {})
     if traction == "p":

@@ -37,9 +37,6 @@ from fretsolve.post.stress.influence import (
 )
 from fretsolve.system.arrays import ComplexArray, DoubleArray
 
-BLOCK_BYTES = 400 * 1024
-"""Size of the rows of a spectrum that are multiplied at a time, so that they stay in cache."""
-
 Window = tuple[slice, slice]
 """Cells from start to stop along x and along y."""
 
@@ -229,7 +226,8 @@ def _multiply(
     """
     parts, sums = spectra.view(np.float64), result.view(np.float64)
     length, (half, width) = sums.shape[0], kernels[0].shape
-    share = max(1, BLOCK_BYTES // (8 * width))
+    # so much of a spectrum stays in cache
+    share = max(1, 400 * 1024 // (8 * width))
     product = np.empty((min(share, half), width))
     for start in range(0, half, share):
         stop = min(start + share, half)

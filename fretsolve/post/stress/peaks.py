@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import maximum_filter
 
+from fretsolve.post.names import INVARIANTS, Invariant
 from fretsolve.post.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells, in_blocks, merged
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.invariants import invariant, largest
 from fretsolve.post.stress.layers import LayerConvolution, LayerKernels
-from fretsolve.post.stress.names import INVARIANTS, Invariant
 from fretsolve.post.stress.request import Layer, StressRequest, cell_centres, is_outermost
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.system.arrays import BoolArray, ComplexArray, DoubleArray
@@ -190,7 +190,6 @@ class PeakSearch:
         return found
 
     def _bounded(self, peak: Peak, bounds: SurfaceBounds) -> Peak:
-        """Return a peak with the error that the bounds on the surface leave it."""
         if self._tractions.has_sharp_edges and peak.depth == 0.0:
             return replace(peak, value=peak.on_cells, error=math.inf, unbounded=True)
         grid = self._tractions.grid
@@ -202,7 +201,6 @@ class PeakSearch:
         return replace(peak, error=error)
 
     def _edge(self, index: int) -> BoolArray:
-        """Return the cells of the target that lie at the edge of contact."""
         pressure = self._tractions.pressure(self._request.steps[index])
         edge = edge_cells(pressure > 0.0)
         target = self._request.target
@@ -215,7 +213,6 @@ class PeakSearch:
     def _on_cells(
         self, key: Key, index: int, depth: int, halved: Mapping[tuple[Body, int], list[dict[Invariant, float]]]
     ) -> Peak:
-        """Return the largest value of all cells."""
         depths, along = self._request.depths, self._values[key][index]
         change = abs(float(along[depth]) - halved[key[0], depth][index][key[1]])
         return Peak(
@@ -229,7 +226,6 @@ class PeakSearch:
         )
 
     def _extrapolated(self) -> dict[tuple[Body, Invariant, int], Peak]:
-        """Return the largest values at the edge of contact."""
         if not self._at_edge:
             return {}
         request, tractions = self._request, self._tractions

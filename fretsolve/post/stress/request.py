@@ -190,7 +190,6 @@ def is_outermost(cell: Sequence[int], shape: tuple[int, int]) -> bool:
 
 
 def _target(tractions: TractionHistory, source: Window, plane: Plane | None, window: WindowChoice) -> Window:
-    """Return the cells whose stress is wanted."""
     target, grid = [], tractions.grid
     share = LINE_MARGIN if tractions.plane_strain else MARGIN
     for axis, (of, count, side) in enumerate(zip(source, grid.shape, (grid.dx, grid.dy), strict=True)):
@@ -267,10 +266,6 @@ def increments_before(spec: StressSpec, increments: int, stages: int) -> int:
     return min(stages, increments) if spec.every is None else -(-increments // spec.every)
 
 
-MEASURED_FROM = 200
-"""Layers of increments from which faster plans of the transforms are worth the time to measure them."""
-
-
 @dataclass(frozen=True, eq=False)
 class Layer:
     """The stress of increment number `step_index` of a request at depth number `depth_index`: (6, nx, ny) in MPa."""
@@ -284,7 +279,8 @@ class Layer:
 def layers(tractions: TractionHistory, request: StressRequest, threads: int = 1) -> Iterator[Layer]:
     """Yield the stress of all layers with the bulk stress of the body, `request.group` increments of each at a time."""
     grid = tractions.grid
-    measured = len(request.depths) * len(request.steps) * len(request.bodies) >= MEASURED_FROM
+    # from so many layers of increments on, faster plans are worth the time to measure them
+    measured = len(request.depths) * len(request.steps) * len(request.bodies) >= 200
     if measured:
         load_wisdom()
     convolution = LayerConvolution(

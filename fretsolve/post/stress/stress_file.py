@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.case.keys.output_spec import StressSpec
+from fretsolve.post.names import PEAK_NAMES, stress_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
 from fretsolve.post.stress.influence import COMPONENTS, Body, Component
 from fretsolve.post.stress.invariants import MEANINGS
-from fretsolve.post.stress.names import PEAK_NAMES, Invariant, stress_path
 from fretsolve.post.stress.peaks import Key, Peak, PeakSearch
 from fretsolve.post.stress.request import StressRequest, case_request, cell_centres, layers
 from fretsolve.post.stress.tractions import TractionHistory
@@ -72,8 +72,15 @@ def write_stress(
             show()
         peaks = search.peaks()
         for (body, name), found in peaks.items():
-            _write_peaks(file[f"stress/body_{body}"], name, found)
-        write_sealed(file, attributes, {str(body): _content_of(file[f"stress/body_{body}"]) for body in datasets})
+            group = file[f"stress/body_{body}"]
+            for suffix, attribute, units, meaning in _PEAK_COLUMNS:
+                quantity = Quantity(f"max_{name}{suffix}", units, meaning.format(MEANINGS[name]))
+                create_column(group, quantity, [getattr(peak, attribute) for peak in found], group["step"])
+        content = {}
+        for body in datasets:
+            members = file[f"stress/body_{body}"].items()
+            content[str(body)] = digests_of({name: dataset[:] for name, dataset in members if dataset.ndim == 1})
+        write_sealed(file, attributes, content)
     return peaks
 
 
@@ -104,17 +111,6 @@ def _create_body(file: Any, tractions: TractionHistory, request: StressRequest, 
         meaning = f"stress {name} in body {body}, positive in tension"
         found[name] = create_values(group, name, scales, "float32", chunks, units="MPa", long_name=meaning)
     return found
-
-
-def _write_peaks(group: Any, name: Invariant, peaks: Sequence[Peak]) -> None:
-    for suffix, attribute, units, meaning in _PEAK_COLUMNS:
-        quantity = Quantity(f"max_{name}{suffix}", units, meaning.format(MEANINGS[name]))
-        create_column(group, quantity, [getattr(peak, attribute) for peak in peaks], group["step"])
-
-
-def _content_of(group: Any) -> dict[str, str]:
-    """Return the digests of all columns of a body."""
-    return digests_of({name: dataset[:] for name, dataset in group.items() if dataset.ndim == 1})
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,5 @@
 """Error bars: how far a run's values may lie from those of the continuum, beside each state of a run.
 
 `error_bars` runs a case with them and adds up the errors of the cells, of the increments and of the iteration.
-`coarse_runs` solve the case on fewer points and with the increments of `coarse_counts`. `floors` stand for what no
-coarse run shows of the `cells`, with what is `hidden` in them, along the `shear_path`.
+`coarse_runs` solve the case on fewer points and with fewer increments. `floors` stand for what no coarse run shows.
 """

@@ -3,22 +3,90 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import partial
+from itertools import accumulate, compress
+from operator import or_
 from typing import NamedTuple
 
 import numpy as np
 
+from fretsolve.case.history import SHEARING
 from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.setup.picked_settings import COARSENED, coarse_points
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import CORRECTED, ESTIMATED, Summary
-from fretsolve.simulation.error_bars.coarse_counts import coarse_counts, slipping_stages
 from fretsolve.simulation.simulation import increment_solver, states_of
 from fretsolve.system.arrays import DoubleArray
+
+MANY = 4
+"""Increments of each stage that slips, at least, from which a half and a quarter of them show what more would change:
+they take two thirds of the time of all and half of them, with corrected values as good."""
+
+FEW = 3
+"""Increments of a stage from which on its half, rounded up, and twice that are taken where another stage has less than
+MANY. Stages of less have all and twice as many."""
+
+
+class CoarseCounts(NamedTuple):
+    """Increments per stage of the coarse runs: on a third of the points, on the same ones to compare, and on half.
+
+    other: None where the number of increments does not matter.
+    """
+
+    third: tuple[int, ...]
+    other: tuple[int, ...] | None
+    half: tuple[int, ...]
+
+
+def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
+    """Return the increments of the coarse runs; slips: of each stage, whether something may slip in it.
+
+    Their number matters where the slip depends on the path, and where it turns. The errors of all stages grow by one
+    factor where all have the same share of the run's increments.
+    """
+    counts = setup.load_path.counts
+    # of stages in which nothing depends on the number of increments
+    unslipping_third = tuple(count if count % 4 else count // 2 for count in counts)
+    unslipping_half = tuple(count if count % 2 else count // 2 for count in unslipping_third)
+    if not any(slips) or not (setup.load_path.path_dependent or setup.model.terms.in_plane_coupling):
+        return CoarseCounts(unslipping_third, None, unslipping_half)
+    if min(compress(counts, slips)) >= MANY:
+        other = half = tuple(-(-count // 4) for count in counts)
+        third = tuple(2 * count for count in other)
+    else:
+        fewer = not _keeps_errors_of_pressing(setup)  # which want the same share in all stages
+        third = half = tuple(-(-count // 2) if fewer and count >= FEW else count for count in counts)
+        other = tuple(2 * count for count in third)
+    # until something slips, one increment leads to the same state as many
+    third, half = where(slips, third, unslipping_third), where(slips, half, unslipping_half)
+    return CoarseCounts(third, where(slips, other, [1] * len(other)), half)
+
+
+def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> tuple[int, ...]:
+    """Return the numbers of `here` for stages that slip, and those of `there` for the others."""
+    return tuple(one if slipping else other for slipping, one, other in zip(slips, here, there, strict=True))
+
+
+def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
+    """Return for each stage whether something may slip in it: all between dissimilar bodies, or once one is sheared."""
+    moved = (any(name in SHEARING and value for name, value in stage.targets) for stage in setup.case.stages())
+    return tuple(setup.model.coupled or sheared for sheared in accumulate(moved, or_))
+
+
+def _keeps_errors_of_pressing(setup: ProblemSetup) -> bool:
+    """Return whether errors of pressing unlike bodies stay: after few increments, and where the bodies tilt."""
+    if not setup.model.coupled:
+        return False
+    stages = [
+        (dict(stage.targets), count) for stage, count in zip(setup.case.stages(), setup.load_path.counts, strict=True)
+    ]
+    presses = any(count < MANY and {"P", "delta_z"} & targets.keys() for targets, count in stages)
+    return presses or any(targets.get(name) for targets, _ in stages for name in ("Mx", "My", "phi_x", "phi_y"))
+
 
 LOOSER, LOOSEST = 30.0, 1e-4
 """Tolerance of a coarse run in units of the run's, and its limit. It saves a quarter of the applications, and shifts
@@ -92,7 +160,7 @@ class CoarseRun:
         self.setup, self._threads, self._rings = setup, threads, 0
         self.failure: NoSolutionError | CaseError | None = None
         self.applications, self.seconds = 0, 0.0
-        self._states = states_of(setup, measured=lambda step: True, solver=self._solver)
+        self._states = states_of(setup, solver=self._solver)
         self._values: list[DoubleArray] = []
 
     def _solver(self) -> IncrementSolver:
@@ -108,7 +176,7 @@ class CoarseRun:
             return False
         self._rings += 1
         self.setup = replace(self.setup, grid=self.setup.grid.with_ring())
-        self._states = states_of(self.setup, measured=lambda step: True, solver=self._solver)
+        self._states = states_of(self.setup, solver=self._solver)
         self._values = []
         return True
 

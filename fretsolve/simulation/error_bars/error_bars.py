@@ -22,12 +22,15 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
-from fretsolve.simulation.error_bars.cells import Cells
-from fretsolve.simulation.error_bars.coarse_counts import slipping_stages
-from fretsolve.simulation.error_bars.coarse_runs import CORRECTABLE, TOTAL, CoarseRuns, at_point, values_of
-from fretsolve.simulation.error_bars.floors import floors
-from fretsolve.simulation.error_bars.hidden import hidden_in_annulus
-from fretsolve.simulation.error_bars.shear_path import ShearPath, torque_arm
+from fretsolve.simulation.error_bars.coarse_runs import (
+    CORRECTABLE,
+    TOTAL,
+    CoarseRuns,
+    at_point,
+    slipping_stages,
+    values_of,
+)
+from fretsolve.simulation.error_bars.floors import Cells, ShearPath, floors, hidden_in_annulus, torque_arm
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -92,12 +95,6 @@ def run_with_error_bars(
         yield replace(state, errors=errors)
 
 
-def fewest_increments(setup: ProblemSetup) -> list[int]:
-    """Return up to each stage the fewest increments of one in which something may slip, those of the stage if none."""
-    counts, first = setup.load_path.counts, slipping_stages(setup).count(False)  # once one does, all later ones do
-    return [*counts[:first], *accumulate(counts[first:], min)]
-
-
 class ErrorBars:
     """The error bars of a problem, summary after summary. history: the summaries so far; runs: the coarse ones."""
 
@@ -108,7 +105,9 @@ class ErrorBars:
         self._largest, self._shear_path, self._in_annuli = np.zeros(len(ESTIMATED)), ShearPath(), 0.0
         self._pressed, self._remembered, self._corrected_totals = 0.0, np.zeros(len(ESTIMATED)), [0.0]
         self._frictions, self._path = frictions_of(setup), setup.load_path
-        self._fewest = fewest_increments(setup)
+        # up to each stage the fewest increments of one in which something may slip; once one does, all later ones do
+        counts, first = setup.load_path.counts, slipping_stages(setup).count(False)
+        self._fewest = [*counts[:first], *accumulate(counts[first:], min)]
         for summary in history:
             self._add(summary)
         if history:
@@ -172,7 +171,6 @@ class ErrorBars:
             self._path = path
 
     def _imposed(self, step: int) -> BoolArray:
-        """Return which of the values the path imposes."""
         increment = self._path.increment(step, self._summaries)
         forced = (*increment.normal.forced, *increment.tangential.forced)
         names = {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}

@@ -4,16 +4,211 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fretsolve.case.history import EXTENTS
+from fretsolve.contact.solvers.normal import grown
+from fretsolve.problem.model.required_terms import Model
+from fretsolve.problem.model.surface import Edge, edges, rounding
 from fretsolve.problem.setup.closed_forms import spence_ratio
-from fretsolve.result.state import ESTIMATED, State, Zone
-from fretsolve.simulation.error_bars.cells import Cells
-from fretsolve.simulation.error_bars.hidden import hidden_pressure, unseen_energy
-from fretsolve.simulation.error_bars.shear_path import ShearPath
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.result.state import ESTIMATED, State, Summary, Zone
 from fretsolve.system.arrays import DoubleArray, vector_lengths
+
+Shares = tuple[float, float, float]
+
+TORQUE_ARM = 1.5
+"""Under a torque the shear traction at the edge of a round punch is so many times that of a force over the radius."""
+
+TURNS_SEEN = 2
+"""Number of increments by which a stage that turns the shear converges later than with the first order."""
+
+
+@dataclass(frozen=True)
+class ShearPath:
+    """The path of the shear so far, in parts of what friction carries: forces, and the torque over its arm.
+
+    at: where it is, (3,); way: in the last increment, (3,); largest: how far from 0 it has been, at most 1; length: of
+    all ways; turned: ways across the direction of the shear, each over TURNS_SEEN more than its stage's increments.
+    """
+
+    at: Shares = (0.0, 0.0, 0.0)
+    way: Shares = (0.0, 0.0, 0.0)
+    largest: float = 0.0
+    length: float = 0.0
+    turned: float = 0.0
+
+    def after(self, summary: Summary, carried: float, count: int) -> ShearPath:
+        """Return the path after an increment; carried: the force (N) that friction carries; count: of its stage."""
+        if carried <= 0.0:
+            return ShearPath(largest=self.largest, length=self.length, turned=self.turned)
+        arm = torque_arm(summary)
+        at = summary.Qx / carried, summary.Qy / carried, summary.Mz / (arm * carried) if arm else 0.0
+        way = at[0] - self.at[0], at[1] - self.at[1], at[2] - self.at[2]
+        share, length, before = math.hypot(*at), math.hypot(*way), math.hypot(*self.at)
+        along = sum(a * b for a, b in zip(way, self.at, strict=True)) / before if before else length
+        across = math.sqrt(max(length**2 - along**2, 0.0))
+        turned = self.turned + across / (count + TURNS_SEEN)
+        return ShearPath(at, way, max(self.largest, min(share, 1.0)), self.length + length, turned)
+
+    @property
+    def left(self) -> float:
+        """The part of the friction limit that is left, 0 where the bodies slide."""
+        return max(1.0 - math.hypot(*self.at), 0.0)
+
+    @property
+    def moves_on(self) -> bool:
+        """Whether the last increment moved the shear farther from 0, by more than round-off."""
+        return sum(a * b for a, b in zip(self.at, self.way, strict=True)) > 1e-5
+
+
+def torque_arm(summary: Summary) -> float:
+    """Return the arm (mm) by which a torque counts like a force."""
+    return summary.contact_radius / TORQUE_ARM
+
+
+ROUNDED_CELLS = 2.0
+"""Cells over which a rounding is in contact, up to which all grids round the body's outline to their cells."""
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The cells of a problem.
+
+    side: the longer one of a cell (mm); edges: tips and edges of the surfaces; sharp: whether a body ends within a
+    cell; flattening, ridges: pressures (MPa) that would flatten what the cells do not see of height maps, and of their
+    ridges beyond that of cells; maps: whether there are any; uniform: whether the friction limit is everywhere the
+    model's coefficient times the pressure; holes: the edge of a height map's holes that the contact reaches.
+    """
+
+    model: Model
+    side: float
+    edges: tuple[Edge, ...]
+    sharp: bool
+    flattening: float
+    ridges: float
+    maps: bool
+    uniform: bool
+    holes: Edge | None = None
+
+    @classmethod
+    def of(cls, setup: ProblemSetup) -> Cells:
+        """Return the cells of a problem. Raises FileError or CaseError where a map cannot be read."""
+        cell, heights, surfaces = (setup.grid.dx, setup.grid.dy), setup.heights(), setup.case.surface
+        return cls(
+            model=setup.model,
+            side=max(cell),
+            edges=edges(surfaces, setup.grid),
+            sharp=any((radius := rounding(surface)) is not None and radius < max(cell) for surface in surfaces),
+            flattening=heights.flattening_pressure(cell),
+            ridges=heights.ridge_pressure(cell),
+            maps=any(surface.kind == "heights" for surface in surfaces),
+            uniform=not setup.case.friction_varies and setup.model.orthotropy is None,
+        )
+
+    def reached_by(self, state: State) -> Cells:
+        """Return the cells with the holes of a height map that the contact reaches: there a body ends, too."""
+        if not self.maps or np.isfinite(state.fields.gap).all():
+            return self
+        edge = Edge(0.0, grown(~np.isfinite(state.fields.gap)))
+        return replace(self, sharp=True, holes=edge) if edge.touches(state.fields.pressure) else self
+
+    def rounded(self, state: State) -> float:
+        """Return how much of an error counts that all grids share as they round a body's outline to their cells.
+
+        It is 1 at a sharp end, and falls with the square of the cells over which a rounding is in contact.
+        """
+        modulus, pressure = self.model.compliances.contact_modulus, state.fields.pressure
+        seen = min((edge.cells_in_contact(pressure, self.side, modulus) for edge in self.edges), default=math.inf)
+        return 1.0 if self.sharp else (ROUNDED_CELLS / max(seen, ROUNDED_CELLS)) ** 2
+
+    @property
+    def mismatch(self) -> float:
+        """The size of Dundurs' constant beta where pressure and shear act on each other, else 0."""
+        return abs(self.model.compliances.dundurs_constant) if self.model.coupled else 0.0
+
+
+SMOOTH_EDGE = 1.75
+"""Largest part of the largest pressure in a cell beside the edge of a smooth contact, over (h/a)^(1/2): it is there
+(2 s/a)^(1/2) up to 1.5 h from the edge. Where cells beside holes of a height map have more, the body ends sharply."""
+
+PEAK = 3.0
+"""Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
+independent Gaussian peaks in contact, here a hundred."""
+
+SLIP_MEETS = 1.3
+"""By how much slip towards a stick zone that no cell sees raises the largest pressure at most, over mu beta p (1 +
+ln(h/c)) with the radius c of that zone: it was up to 1.2 times that without the logarithm."""
+
+ANNULUS = 0.1
+"""Least relative error of what an increment dissipates over (h/w)^(3/2) (h/a)^(1/2) with the width w of the slip
+annulus, a cell at least: its edge may lie anywhere in the cells, which is averaged around the contact, so that line
+contacts lack the second factor."""
+
+UNSEEN = 0.21
+"""Energy that slip within a cell of the edge dissipates on the way to gross slip, over (mu P)^2 S/a (h/a)^3 with the
+tangential compliance S: by Mindlin 27/144 of a sphere and by Cattaneo 8/12 pi of a cylinder, per length."""
+
+
+def hidden_pressure(cells: Cells, state: State) -> float:
+    """Return how much pressure (MPa) cells may hide; infinity where a sharp tip or edge is in contact."""
+    pressure, summary, modulus = state.fields.pressure, state.summary, cells.model.compliances.contact_modulus
+    if not summary.max_pressure:
+        return 0.0
+    if cells.holes is not None:
+        beside = float(pressure[cells.holes.near].max()) / summary.max_pressure
+        if beside * math.sqrt(summary.contact_radius / cells.side) > SMOOTH_EDGE:
+            return math.inf
+    at_edges = max((edge.hidden_pressure(pressure, cells.side, modulus) for edge in cells.edges), default=0.0)
+    return PEAK * cells.flattening + cells.ridges + at_edges + _where_slip_meets(cells, summary)
+
+
+def _where_slip_meets(cells: Cells, summary: Summary) -> float:
+    """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.
+
+    The shear traction mu p turns round there, which between unlike bodies raises p with the logarithm of the distance.
+    """
+    stick = spence_ratio(cells.model) * summary.contact_radius
+    if not (cells.mismatch and stick):
+        return 0.0
+    if cells.model.line:  # whose stick zone has two edges however it is sheared
+        stick = min(stick, summary.stick_radius or stick)
+    rise = 1.0 + math.log(cells.side / stick) if stick < cells.side else cells.side / stick
+    return SLIP_MEETS * cells.model.friction * cells.mismatch * rise * summary.max_pressure
+
+
+def hidden_in_annulus(cells: Cells, summary: Summary) -> float:
+    """Return the least error (mJ) of what an increment dissipates by the width of its slip annulus in cells."""
+    around = 1.0 if cells.model.line else math.sqrt(min(cells.side / (summary.contact_radius or cells.side), 1.0))
+    return ANNULUS * _cells_share(cells, summary) * around * summary.work
+
+
+def unseen_energy(cells: Cells, state: State, load: float, radius: float, path: ShearPath) -> float:
+    """Return the energy (mJ) that no cell shows, up to now; load: largest P (N); radius: of the contact (mm).
+
+    An annulus that is narrower than a cell dissipates with the third power of its width, which is a third of a sphere's
+    radius, half of a cylinder's, times the part of the friction limit to which it is sheared. Pressing unlike bodies
+    slips once. Roundings that fit into a cell have more.
+    """
+    share, ways = (1.0, max(path.length, 1.0)) if cells.mismatch else (path.largest, path.length)
+    if not (radius and share):
+        return 0.0
+    friction, modulus = cells.model.friction, cells.model.compliances.contact_modulus
+    pair, order = cells.model.compliances, 2.0 if cells.model.line else 3.0
+    compliance = pair.A if cells.model.line else pair.tangential / radius  # energies of a line are per length
+    annulus = UNSEEN * math.pow(min(cells.side / radius, share / order), 3) * (friction * load) ** 2 * compliance
+    annulus *= _cells_share(cells, state.summary)
+    edges = sum(edge.hidden_energy(state.fields.pressure, cells.side, modulus, friction) for edge in cells.edges)
+    return (annulus / share + share**2 * edges) * ways
+
+
+def _cells_share(cells: Cells, summary: Summary) -> float:
+    """Return (h/w)^(3/2) with the width w of the slip annulus, 1 where that is less than a cell."""
+    width = max(summary.contact_radius - summary.stick_radius, cells.side)
+    return math.pow(cells.side / width, 1.5)
+
 
 SUM, TORSION, MOMENT = 0.02, 0.2, 0.02
 """Least relative errors over (h/a)^2 of forces, displacements and pressures, of a torque and its turn, which act by

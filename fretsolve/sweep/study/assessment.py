@@ -20,9 +20,6 @@ from fretsolve.sweep.table import Column, column, require_own_hdf5, write_table_
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import PICTURE_MARK, require_own
 
-SIGNED = {*(name for pair in PAIRS[1:] for name in pair), *(name for name in NAMES if "_center_" in name)}
-"""Quantities that go through 0: components of the load other than the normal one, and middles of the zones."""
-
 ROUNDING = 1e-9
 """Part of the largest value on the path up to which a value counts as 0."""
 
@@ -114,7 +111,9 @@ def assess(plan: StudyPlan, outcomes: Sequence[CaseOutcome]) -> Assessment:
         reference = np.array([plan.known[one] for one in quantities])
     peaks = np.max([one.peaks for one in outcomes], axis=0) if finest.failure else finest.peaks
     # An error is relative to the value there, or to the largest on the path if the quantity goes through 0, or is 0.
-    signs = np.array([one.name in SIGNED for one in quantities])
+    # Components of the load other than the normal one, and middles of the zones, go through 0.
+    signed = {*(name for pair in PAIRS[1:] for name in pair), *(name for name in NAMES if "_center_" in name)}
+    signs = np.array([one.name in signed for one in quantities])
     scales = np.where(signs | (np.abs(reference) <= ROUNDING * peaks), peaks, np.abs(reference))
     kept = np.flatnonzero((peaks > 0.0) & (np.isfinite(reference) | bool(finest.failure))).tolist()
     rows = []

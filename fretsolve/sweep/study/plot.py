@@ -21,10 +21,13 @@ from fretsolve.sweep.study.assessment import AssessedRun, Assessment, front
 from fretsolve.sweep.study.plan import short
 from fretsolve.sweep.study.report import TARGETS, key_names
 
-PLAIN: dict[str, Any] = {"marker": "o", "color": "0.4", "markersize": 5.0, "linestyle": ""}
-FRONT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "drawstyle": "steps-post", "zorder": 2.0}
-FINEST: dict[str, Any] = {"color": "0.5", "linewidth": 1.2, "linestyle": "--", "zorder": 1.0}
-TARGET: dict[str, Any] = {"color": "0.5", "linewidth": 1.0, "linestyle": ":", "zorder": 1.0}
+LOOKS: dict[str, dict[str, Any]] = {
+    "run": {"marker": "o", "color": "0.4", "markersize": 5.0, "linestyle": ""},
+    "front": {"color": "black", "linewidth": 1.0, "drawstyle": "steps-post", "zorder": 2.0},
+    "finest": {"color": "0.5", "linewidth": 1.2, "linestyle": "--", "zorder": 1.0},
+    "target": {"color": "0.5", "linewidth": 1.0, "linestyle": ":", "zorder": 1.0},
+}
+"""Options of markers and lines."""
 
 LABEL_SIZE, LETTER, LABEL_GAP = 6.5, 3.9, 5.0
 """Points: of a label, the width of one of its letters, and its distance from the marker."""
@@ -74,18 +77,18 @@ def _draw(axes: Axes, study: Assessment, rows: Sequence[AssessedRun], errors: Se
     best, looks = front(costs, errors), _looks(study)
     chosen = [index for index in sorted(range(len(rows)), key=costs.__getitem__) if best[index]]
     points = [(costs[index], heights[index], short(rows[index].case.settings)) for index in chosen]
-    axes.plot([point[0] for point in points], [point[1] for point in points], **FRONT)
+    axes.plot([point[0] for point in points], [point[1] for point in points], **LOOKS["front"])
     for index, row in enumerate(rows):
         edge = {"markeredgecolor": "black", "markeredgewidth": 1.1} if best[index] else {"markeredgecolor": "white"}
-        options = PLAIN | edge
+        options = LOOKS["run"] | edge
         for look, value in zip(looks, row.case.settings.values(), strict=False):
             options |= look[value]
         axes.plot(costs[index], heights[index], zorder=3.0 + best[index], **options)
     _label(axes, points)
     # lines
-    axes.axvline(finest, **FINEST)
+    axes.axvline(finest, **LOOKS["finest"])
     for target in TARGETS:
-        axes.axhline(100.0 * target, **TARGET)
+        axes.axhline(100.0 * target, **LOOKS["target"])
     # ticks, also at the place of 0
     for axis, (low, high) in zip((axes.xaxis, axes.yaxis), limits, strict=True):
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
@@ -137,14 +140,14 @@ def _legend(study: Assessment) -> list[list[Line2D]]:
     """Return the columns of the legend: one for each key that the markers show, then the lines."""
     keys = [
         [
-            Line2D([], [], label=f"{name} {value}", markeredgecolor="white", **(PLAIN | options))
+            Line2D([], [], label=f"{name} {value}", markeredgecolor="white", **(LOOKS["run"] | options))
             for value, options in look.items()
         ]
         for name, look in zip(key_names(study.plan.variations), _looks(study), strict=False)
     ]
     lines = [
-        Line2D([], [], label="Pareto front", marker="o", markerfacecolor="white", **FRONT),
-        Line2D([], [], label="time of the finest run", **FINEST),
-        Line2D([], [], label=" and ".join(percent(target) for target in TARGETS), **TARGET),
+        Line2D([], [], label="Pareto front", marker="o", markerfacecolor="white", **LOOKS["front"]),
+        Line2D([], [], label="time of the finest run", **LOOKS["finest"]),
+        Line2D([], [], label=" and ".join(percent(target) for target in TARGETS), **LOOKS["target"]),
     ]
     return [*keys, lines]

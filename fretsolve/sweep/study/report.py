@@ -55,11 +55,6 @@ def notes(study: Assessment) -> Iterator[str]:
         unknown = any(np.isnan(study.finest.outcome.values))  # as displacements of a line contact
         yield f"left out, since 0{' or not known' if unknown else ''}: {listed(study.left_out)}"
     yield from failed
-    yield from without_values(study)
-
-
-def without_values(study: Assessment) -> Iterator[str]:
-    """Yield a line on each case that has no corrected values at some stages, since it has no error bars there."""
     for row in study.rows if study.plan.corrected else ():
         if row.outcome.without_bars and np.isnan(row.values).any():
             yield f"not corrected: {row.words}: {row.outcome.without_bars}"
@@ -105,7 +100,6 @@ def _advice_for(study: Assessment, target: float) -> Iterator[str]:
 
 
 def _cheapest(study: Assessment, target: float, names: Sequence[str]) -> AssessedRun | None:
-    """Return the cheapest run that meets the target in the quantities `names`."""
     meeting = [row for row in study.rows if row.compared and _meets(study, row, target, names)]
     return min(meeting, key=lambda row: row.outcome.seconds, default=None)
 

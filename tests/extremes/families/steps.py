@@ -119,7 +119,7 @@ REVERSED = Family(
             led(load_path=reversal(component, value, part), bodies=bodies),
             of_before(3),
             1e-5 + 20.0 * part,
-            quick=part in (1e-9, 4e-16),
+            quick=part == 4e-16,
         )
         for name, bodies in BODIES.items()
         for component, value in (("Qx", 30.0), ("delta_x", 7e-4), ("delta_y", 1e-2))

@@ -75,12 +75,6 @@ def test_random_yaml(tmp_path: Path, text: str) -> None:
 
 
 @relaxed
-@given(content=st.binary(max_size=60))
-def test_random_bytes(tmp_path: Path, content: bytes) -> None:
-    loads_or_is_refused(tmp_path / "case.yaml", content)
-
-
-@relaxed
 @given(start=st.integers(0, len(FULL)), length=st.integers(0, 20), fragment=st.sampled_from(FRAGMENTS))
 def test_case_with_a_piece_replaced(tmp_path: Path, start: int, length: int, fragment: str) -> None:
     text = FULL[:start] + fragment + FULL[start + length :]
@@ -92,13 +86,6 @@ def test_case_with_a_piece_replaced(tmp_path: Path, start: int, length: int, fra
 def test_case_with_a_value_replaced(tmp_path: Path, path: tuple[Any, ...], value: Any) -> None:
     content = replaced(CONTENT, path, value)
     loads_or_is_refused(tmp_path / "case.yaml", yaml.safe_dump(content, allow_unicode=True).encode())
-
-
-@relaxed
-@given(path=st.sampled_from([path for path in PATHS if path]), key=st.text(max_size=5), value=values)
-def test_case_with_a_key_added(tmp_path: Path, path: tuple[Any, ...], key: str, value: Any) -> None:
-    content = replaced(CONTENT, path, {key: value})
-    loads_or_is_refused(tmp_path / "case.yaml", yaml.safe_dump(content).encode())
 
 
 @relaxed

@@ -7,7 +7,7 @@ import json
 import jsonschema
 import pytest
 import yaml
-from line_cases import LINE, line_case
+from line_cases import LINE
 from small_cases import SPHERE, case_error, write_case
 
 from fretsolve.case.line_case import LineCase
@@ -72,6 +72,7 @@ MISTAKES = [
     ("plane: strain\n", "", "stage.1.P: '100 N/mm' is a force per length; a force such as '400 N' is needed"),
     ("points: 64", "points: 8", "grid.points: 8 are too few for error bars; 16 or more per side are needed"),
     ("friction:", "coupling: tangential\nfriction:", "coupling: 'tangential' is not allowed"),
+    ("friction: 0.3", "friction: {coefficient: [0.2, 0.1]}", "a line contact has one coefficient of friction"),
     ("plane:", "expect: [{quantity: work, value: 1 N/mm, rel: 1}]\nplane:", "'1 N/mm' is a force per length"),
 ]
 
@@ -94,9 +95,3 @@ def test_other_keys_are_refused_by_the_schema():
     for stage in ({"Mx": 1.0}, {"phi_z": 1.0}, {"delta_x": 1.0}):
         assert list(validator.iter_errors({**case, "load_path": [{"P": 1.0}, stage]}))
     assert list(validator.iter_errors({**case, "surface": {"sphere": {"radius": 1.0}}}))
-
-
-def test_a_contact_on_an_area_is_stored_as_before(tmp_path):
-    case = load_case(write_case(tmp_path, f"{SPHERE}load_path: [{{P: 1}}]\n"))
-    assert not {"plane", "reference_depth"} & case.effective().keys()
-    assert line_case().effective()["plane"] == "strain"

@@ -140,22 +140,6 @@ def test_no_permission_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
     assert refused(4, "schema") == "a/b\\u000a: cannot be used: Permission denied\n"
 
 
-def test_too_little_memory_is_no_bug(monkeypatch: pytest.MonkeyPatch) -> None:
-    def greedy() -> None:
-        raise MemoryError
-
-    monkeypatch.setattr("fretsolve.case.schema.case_schema", greedy)
-    assert refused(2, "schema")
-
-
-def test_without_a_command_the_help_and_a_usage_error() -> None:
-    result = invoke()
-    assert result.exit_code == 2
-    assert "Commands:" in result.stderr
-    helped = invoke("--help")
-    assert (helped.exit_code, helped.stdout) == (0, result.stderr)
-
-
 def test_version_and_schema() -> None:
     import json
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pyfftw
 import pytest
-from command_line import python
 from solving import build
 
 from fretsolve import run
@@ -36,13 +35,6 @@ def are_plans_measured(points: int) -> bool:
     field = np.ones(padded.shape)
     padded.apply(((padded.kernel_spectrum(field, False, False),),), [field], [field])
     return has_unsaved_wisdom()
-
-
-@pytest.mark.usefixtures("no_wisdom")
-def test_small_grids_are_not_measured():
-    """Measuring a plan takes longer than the few transforms of a small grid gain by it."""
-    assert not are_plans_measured(8)
-    assert are_plans_measured(160)
 
 
 @pytest.mark.usefixtures("no_wisdom")
@@ -86,13 +78,6 @@ def test_there_and_back(cache):
     assert load_wisdom()
 
 
-def test_nothing_new_is_not_written(cache, monkeypatch):
-    save_wisdom()
-    monkeypatch.setattr(wisdom.atomic_files, "new_file", lambda *_, **__: pytest.fail("it was written again"))
-    save_wisdom()
-    assert wisdom_file().exists()
-
-
 @pytest.mark.parametrize("content", [b"", b"\0\0", b"no wisdom at all", b"a\0b\0c", b"\xff\xfe\0(\0)", b"x" * 100_000])
 def test_a_corrupt_file_is_harmless(cache, content):
     cache.mkdir()
@@ -100,16 +85,6 @@ def test_a_corrupt_file_is_harmless(cache, content):
     load_wisdom()
     save_wisdom()
     assert wisdom_file().read_bytes() != content
-    assert load_wisdom()
-
-
-def test_a_file_cut_short_is_harmless(cache):
-    save_wisdom()
-    whole = wisdom_file().read_bytes()
-    for length in range(0, len(whole), max(1, len(whole) // 7)):
-        wisdom_file().write_bytes(whole[:length])
-        load_wisdom()
-    save_wisdom()
     assert load_wisdom()
 
 
@@ -165,16 +140,3 @@ def test_what_another_process_saved_meanwhile_is_kept(cache):
     both = wisdom_file().read_bytes()
     assert first.returncode == 0
     assert set(other.splitlines()) < set(both.splitlines())
-
-
-def test_the_file_is_read_once(cache, monkeypatch):
-    save_wisdom()
-    assert load_wisdom()
-    monkeypatch.setattr(wisdom, "read_bytes", lambda *_: pytest.fail("it was read again"))
-    assert load_wisdom()
-
-
-def test_dask_is_not_imported_and_can_be_later():
-    """It would cost every process half a second."""
-    code = "import sys; import fretsolve.simulation.simulation; print('dask' in sys.modules, 'pyfftw' in sys.modules)"
-    assert python(code).split() == ["False", "True"]

@@ -3,9 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.contact.solvers.incremental_update import SHARE, Workspace, add_correction, add_displacement
+from fretsolve.contact.solvers.incremental_update import Workspace, add_displacement
 from fretsolve.elastic.operator import ElasticOperator
-from fretsolve.elastic.rounding import SINGLE_ROUNDING
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.problem.model.required_terms import Terms
 
@@ -42,7 +41,7 @@ def steps(name, sizes, seed=0):
 
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9, 1e-13])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-9, 1e-13])
 def test_errors_stay_below_the_allowed_one(name, sign, tolerance):
     changes = steps(name, (100.0, 10.0, 1.0, 1e-2, 1e-5))
     total, displacement = np.sum(changes, axis=0), 0.0
@@ -53,42 +52,3 @@ def test_errors_stay_below_the_allowed_one(name, sign, tolerance):
     for change in changes[1:]:
         add(name, found, change, allowed, sign)
     np.testing.assert_allclose(found, sign * exact(name, total), rtol=1e-12, atol=allowed)
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_a_negligible_change_is_left_out(name):
-    (change,) = steps(name, (1e-9,))
-    found = np.zeros((METHODS[name][2], *SHAPE))
-    largest = np.abs(exact(name, np.abs(change))).max()
-    applications = OPERATOR.total_applications
-    add(name, found, change, 1e5 * largest)
-    assert not found.any()
-    assert OPERATOR.total_applications == applications
-    add(name, found, change, largest)
-    assert found.any()
-
-
-@pytest.mark.parametrize("enough", [1.5, 0.7])
-def test_the_displacement_of_a_correction_is_added_where_its_rounding_allows(enough):
-    """The traction whose displacement is known is that before the correction otherwise."""
-    (solution,) = steps("tangential", (1.0,))
-    moved = np.empty((2, *SHAPE), np.float32)
-    OPERATOR.inner.tangential(solution.astype(np.float32), moved)
-    traction, size = np.ones((2, *SHAPE)), 1e-3
-    before, displacement = np.zeros((2, *SHAPE)), exact("tangential", traction)
-    start = displacement.copy()
-    allowed = enough * SINGLE_ROUNDING / SHARE * size * np.abs(moved).max()
-    found = solution.astype(np.float32), moved
-    known = add_correction(OPERATOR, found, size, traction, before, displacement, allowed)
-    assert known == (enough > 1.0)
-    np.testing.assert_allclose(traction, 1.0 + size / OPERATOR.unit * solution, rtol=1e-6)
-    np.testing.assert_array_equal(before, traction if known else 1.0)
-    wanted = exact("tangential", before)
-    np.testing.assert_allclose(displacement, wanted, atol=np.abs(wanted - start).max() * SINGLE_ROUNDING + 1e-18)
-
-
-def test_a_nan_comes_through():
-    found, change = np.zeros((2, *SHAPE)), np.zeros((2, *SHAPE))
-    change[0, 3, 3] = np.nan
-    add("tangential", found, change, 1.0)
-    assert np.isnan(found).any()

@@ -55,36 +55,6 @@ def test_the_cell_itself():
         assert at(name, 0.0, 0.0, h, h) == pytest.approx(0.0, abs=1e-15)
 
 
-@pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 0.3), (0.2, 1.0)])
-def test_squares_of_direction_cosines_add_up_to_one(spacing):
-    x, y = np.arange(400) * spacing[0], np.arange(50) * spacing[1]
-    total = influence.along_x(x, y, *spacing) + influence.along_y(x, y, *spacing)
-    np.testing.assert_allclose(total, influence.inverse_distance(x, y, *spacing), rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("x", [0.8, 5.0, 11.7, 12.3, 29.9, 30.2, 150.0, 299.8, 301.0])
-def test_two_halves_make_a_cell(name, x):
-    """Also where the method of integration changes."""
-    halves = at(name, x - 0.25, 3.0, 0.5, 1.0) + at(name, x + 0.25, 3.0, 0.5, 1.0)
-    assert halves == pytest.approx(at(name, x, 3.0, 1.0, 1.0), rel=1e-10, abs=1e-12)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_scales_with_length(name):
-    function = getattr(influence, name)
-    x, y = np.arange(40) * 0.3, np.arange(30) * 0.2
-    large = function(x * 1e6, y * 1e6, 0.3e6, 0.2e6) / 1e6
-    reach = influence.inverse_distance(x, y, 0.3, 0.2)
-    assert (np.abs(large - function(x, y, 0.3, 0.2)) <= 1e-12 * np.maximum(reach, 1.0)).all()
-
-
-def test_exchanging_the_axes():
-    x, y = np.arange(12) * 0.3, np.arange(9) * 0.2
-    np.testing.assert_array_equal(influence.along_y(x, y, 0.3, 0.2), influence.along_x(y, x, 0.2, 0.3).T)
-    np.testing.assert_array_equal(influence.radial_y(x, y, 0.3, 0.2), influence.radial_x(y, x, 0.2, 0.3).T)
-
-
 def test_far_away_nothing_is_lost():
     """Corner differences would have lost six digits here."""
     far = np.array([1000.0])

@@ -9,7 +9,7 @@ import pytest
 from line_cases import DISSIMILAR, line_case
 from scipy.integrate import quad
 
-from fretsolve.elastic.line_operator import LineOperator, LinePreconditioner, log_integral, strip_influence
+from fretsolve.elastic.operator_on_grid import LineOperator, LinePreconditioner, log_integral, strip_influence
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.materials import compliances
 from fretsolve.problem.model.required_terms import Terms
@@ -27,15 +27,6 @@ def test_integral_of_the_logarithm(offset):
     exact = sum(quad(lambda t: math.log(abs(middle + t) / length), *ends)[0] for ends in ((-half, 0.0), (0.0, half)))
     found = log_integral(offset + 1, side, length)[-1]
     assert found == pytest.approx(exact, rel=1e-13 if offset else 1e-9)
-
-
-def test_coefficients_have_the_signs_of_the_half_space():
-    """Pressure opens the gap most under itself; it moves the surfaces apart along x if C > 0."""
-    uz, ux = strip_influence("zz", GRID, MATERIAL)[:, 0], strip_influence("xz", GRID, MATERIAL)[:, 0]
-    assert (uz > 0.0).all() and (np.diff(uz) < 0.0).all()
-    assert ux[0] == 0.0 and ux[1:] == pytest.approx(0.25 * MATERIAL.C * GRID.dx)
-    uy = strip_influence("yy", GRID, MATERIAL)[:, 0]
-    assert uy == pytest.approx(uz * (MATERIAL.A + MATERIAL.B) / MATERIAL.A)
 
 
 def tractions():
@@ -62,19 +53,6 @@ def test_operator_sums_the_coefficients(antiplane):
     assert displacement == pytest.approx(expected[1], rel=1e-11, abs=1e-18)
 
 
-def test_parts_of_the_operator_add_up():
-    operator = LineOperator(GRID, MATERIAL, FULL)
-    (pressure, shear), uz, displacement = tractions(), np.empty((40, 1)), np.empty((2, 40, 1))
-    operator.all(pressure, shear, uz, displacement)
-    parts = [np.empty((40, 1)), np.empty((40, 1)), np.empty((2, 40, 1)), np.empty((2, 40, 1))]
-    operator.normal(pressure, parts[0])
-    operator.normal_from_shear(shear, parts[1])
-    operator.tangential(shear, parts[2])
-    operator.tangential_from_pressure(pressure, parts[3])
-    assert parts[0] + parts[1] == pytest.approx(uz, rel=1e-11, abs=1e-18)
-    assert parts[2] + parts[3] == pytest.approx(displacement, rel=1e-11, abs=1e-18)
-
-
 def test_operator_is_symmetric_and_positive_definite():
     """Also under a net force, since the logarithm's length is at least the grid's."""
     operator = LineOperator(LineGrid.of_length(40, 0.8, 0.0), MATERIAL, FULL)
@@ -90,15 +68,6 @@ def test_operator_is_symmetric_and_positive_definite():
     assert np.linalg.eigvalsh(matrix)[0] > 0.0
 
 
-def test_inner_operator_is_the_same_over_its_unit():
-    operator = LineOperator(GRID, MATERIAL, FULL)
-    (_, shear), displacement = tractions(), np.empty((2, 40, 1))
-    operator.tangential(shear, displacement)
-    inner = np.empty((2, 40, 1), np.float32)
-    operator.inner.tangential(shear.astype(np.float32), inner)
-    assert inner * operator.unit == pytest.approx(displacement, rel=2e-5, abs=2e-6 * np.abs(displacement).max())
-
-
 @pytest.mark.parametrize("component", [0, 1])
 def test_preconditioner_inverts_waves(component):
     grid = LineGrid.of_length(200, 1.0, 0.0)
@@ -111,11 +80,3 @@ def test_preconditioner_inverts_waves(component):
     operator.tangential(wave, moved)
     inverse.tangential(moved, back)
     assert back[component, 50:150, 0] == pytest.approx(wave[component, 50:150, 0], abs=0.05)
-
-
-def test_parts_of_a_line_keep_the_constant():
-    part = GRID.part(10, 1, (GRID.dx, GRID.dy), (0.1, 0.0))
-    assert isinstance(part, LineGrid)
-    assert (part.log_length, part.cell_area, part.shape) == (1.5, GRID.dx, (10, 1))
-    finer = GRID.cut_into(80, 1)
-    assert (finer.log_length, finer.size[0], finer.nx) == (1.5, pytest.approx(0.8), 80)

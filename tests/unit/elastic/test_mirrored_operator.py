@@ -75,33 +75,6 @@ def test_blocks_of_lines_and_threads_change_no_bit(compiled, monkeypatch):
         assert np.array_equal(one, other)
 
 
-def test_directions_alone():
-    """Without in-plane coupling ux comes from qx alone, uy from qy."""
-    random, shape = np.random.default_rng(2), (10, 6)
-    shear = random.normal(size=(2, *shape))
-    whole, half = both(shape, NO_COUPLING)
-    wanted, found = np.empty((2, 10, 12)), np.empty((2, *shape))
-    whole.tangential(vectors(shear), wanted)
-    half.tangential(shear, found)
-    assert found == pytest.approx(wanted[..., 6:], rel=1e-12, abs=1e-12 * np.abs(wanted).max())
-    shear[1] = 0.0
-    half.tangential(shear, found)
-    assert not found[1].any() and found[0].any()
-
-
-def test_single_precision():
-    random, shape = np.random.default_rng(3), (24, 12)
-    shear = random.normal(size=(2, *shape))
-    whole, half = both(shape, dtype=np.float32)
-    wanted, found = np.empty((2, 24, 24), np.float32), np.empty((2, *shape), np.float32)
-    whole.tangential(vectors(shear).astype(np.float32), wanted)
-    half.tangential(shear.astype(np.float32), found)
-    assert found == pytest.approx(wanted[..., 12:], abs=1e-6 * float(np.abs(wanted).max()))
-    inner = np.empty_like(found)
-    half.inner.tangential(shear.astype(np.float32), inner)
-    assert inner * half.unit == pytest.approx(wanted[..., 12:], abs=1e-6 * float(np.abs(wanted).max()))
-
-
 @pytest.mark.parametrize("shape", [(16, 8), (96, 48)], ids=str)
 def test_the_preconditioner_is_that_of_the_whole_grid(shape):
     """These lengths are fast ones, so both have the same period."""
@@ -115,14 +88,3 @@ def test_the_preconditioner_is_that_of_the_whole_grid(shape):
     whole.preconditioner.normal(mirrored(shear[:1]), wanted[:1])
     half.preconditioner.normal(shear[:1], found[:1])
     assert found[0] == pytest.approx(wanted[0, :, shape[1] :], abs=2e-6 * float(np.abs(wanted[0]).max()))
-
-
-def test_a_part_of_a_grid_takes_its_coefficients_from_the_whole():
-    random, shape = np.random.default_rng(5), (10, 6)
-    pressure = random.normal(size=shape)
-    _, large = both((16, 9))
-    part = MirroredOperator(shape, SPACING, MATERIAL, FULL, whole=large)
-    found, wanted = np.empty(shape), np.empty(shape)
-    part.normal(pressure, found)
-    both(shape)[1].normal(pressure, wanted)
-    assert found == pytest.approx(wanted, rel=1e-13, abs=1e-20)

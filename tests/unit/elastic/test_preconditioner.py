@@ -48,26 +48,3 @@ def test_it_nearly_inverts(components):
     eigenvalues = np.linalg.eigvals(back @ there).real
     assert eigenvalues.min() > 0.1
     assert np.count_nonzero(np.abs(eigenvalues - 1.0) < 0.3) > 0.6 * eigenvalues.size
-
-
-def test_factor_precision_and_place_of_the_result():
-    field = np.random.default_rng(0).normal(size=(2, 20, 30))
-    expected = np.empty_like(field)
-    inverse((20, 30)).tangential(field, expected)
-    single = field.astype(np.float32)
-    inverse((20, 30), factor=1e-5, dtype=np.float32).tangential(single, single)
-    np.testing.assert_allclose(single, 1e-5 * expected, atol=1e-5 * np.abs(1e-5 * expected).max())
-
-
-@pytest.mark.parametrize("shape", [(6, 6), (7, 6)])
-def test_mirrored_displacements_give_mirrored_shears(shape):
-    """x to -x turns the sign of the x components alone; the highest wave number of an even period stands for both."""
-    made, field = inverse(shape), np.random.default_rng(0).normal(size=(2, *shape))
-    plain, mirrored = np.empty_like(field), np.empty_like(field)
-    made.tangential(field, plain)
-    turned = field[:, ::-1].copy()
-    turned[0] *= -1.0
-    made.tangential(turned, mirrored)
-    mirrored = mirrored[:, ::-1]
-    mirrored[0] *= -1.0
-    np.testing.assert_allclose(mirrored, plain, atol=1e-10 * np.abs(plain).max())

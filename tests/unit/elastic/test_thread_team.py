@@ -24,32 +24,9 @@ def test_every_part_is_done_once(count: int, parts: int) -> None:
     assert {member for member, _ in done} <= set(range(min(count, parts)))
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_rows_come_back_in_their_order(count: int) -> None:
-    values = np.random.default_rng(3).random((1001, 700))
-    sums = ThreadTeam(count).of_rows(values.shape, lambda rows: (rows.start, float(values[rows].sum())))
-    assert len(sums) > 2
-    assert [first for first, _ in sums] == sorted(first for first, _ in sums)
-    assert sums == ThreadTeam().of_rows(values.shape, lambda rows: (rows.start, float(values[rows].sum())))
-    assert sum(part for _, part in sums) == pytest.approx(values.sum(), rel=1e-12)
-
-
 def test_members_work_at_the_same_time() -> None:
     both = threading.Barrier(2, timeout=30.0)
     ThreadTeam(2).share(lambda member, part: both.wait() and None, range(2))  # a single thread would wait for ever
-
-
-def test_members_work_on_distant_parts_at_the_same_time() -> None:
-    both = threading.Barrier(2, timeout=30.0)
-    done: list[int] = []
-
-    def work(member: int, part: int) -> None:
-        both.wait()  # both have taken a part
-        done.append(part)
-        both.wait()
-
-    ThreadTeam(2).share(work, range(8))
-    assert [abs(one - other) for one, other in zip(done[::2], done[1::2], strict=True)] == [4] * 4
 
 
 @pytest.mark.parametrize("failing", [0, 1])
@@ -138,14 +115,3 @@ def test_calls_that_have_ended_keep_nothing_alive(fails: bool) -> None:
         assert kept() is None
     finally:
         gc.enable()
-
-
-def test_memory_for_spectra_is_shared_and_freed():
-    team = ThreadTeam()
-    first = team.arrays(2, (4, 5), np.dtype(np.complex128))
-    again = team.arrays(1, (5, 6), np.dtype(np.complex64))
-    assert np.shares_memory(first[0], again[0])
-    assert not np.shares_memory(*first)
-    assert all(array.ctypes.data % 64 == 0 for array in first)
-    team.release()
-    assert not np.shares_memory(first[0], team.arrays(1, (4, 5), np.dtype(np.complex128))[0])

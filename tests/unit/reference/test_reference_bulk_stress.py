@@ -44,13 +44,6 @@ class TestLine:
         assert line(0.6, b).work_per_cycle == pytest.approx(work, rel=5e-6)
         assert line(0.6, -b).work_per_cycle == pytest.approx(work, rel=5e-6)
 
-    def test_base_case_without_bulk(self):
-        base = line(0.6, 0.0)
-        assert base.shear_force == pytest.approx(18.0, rel=1e-6)
-        assert base.stick_half_width == pytest.approx(0.0680778, abs=1e-7)
-        assert base.shear(np.array(0.0)) == pytest.approx(65.2132, abs=1e-4)
-        assert base.slip(np.array(BASE.half_width)) == pytest.approx(6.28988e-5, rel=1e-5)
-
     @pytest.mark.parametrize("f", [0.01, 0.3, 0.7, 0.99])
     @pytest.mark.parametrize("excess", [1e-6, 0.01, 0.3, 1.0, 2.0])
     def test_reversed_slip_solves_its_integral_equations(self, f, excess):
@@ -86,14 +79,6 @@ class TestLine:
         with pytest.raises(ValueError, match="not known"):
             _ = unknown.stick_zone
 
-    def test_the_regimes_meet(self):
-        f = 0.3
-        at = 1.0 - math.sqrt(1.0 - f)
-        just, beyond = line(f, at * (1.0 - 1e-9)), line(f, at * (1.0 + 1e-9))
-        assert (just.reverses, beyond.reverses) == (False, True)
-        assert beyond.stick_zone == pytest.approx(just.stick_zone, rel=1e-6)
-        assert line(1e-9, 0.2).stick_zone == pytest.approx(line(0.0, 0.2).stick_zone, rel=1e-6)
-
     @pytest.mark.parametrize(
         ("f", "b", "reached"),
         [
@@ -108,15 +93,6 @@ class TestLine:
         ends = np.array([line(part * f, part * b).stick_zone for part in np.linspace(0.05, 1.0, 60)])
         outward = np.concatenate([-np.diff(ends[:, 0]), np.diff(ends[:, 1])])
         assert bool((outward < 1e-7).all()) is reached
-
-    @pytest.mark.parametrize("b", [0.1, 0.5])
-    def test_signs(self, b):
-        """Either sign that changes moves the stick zone to the other side; both leave it there."""
-        low, high = line(0.4, b).stick_zone
-        assert high + low > 0.0
-        assert line(-0.4, -b).stick_zone == pytest.approx((low, high), rel=1e-12)
-        assert line(-0.4, b).stick_zone == pytest.approx((-high, -low), rel=1e-12)
-        assert line(0.4, -b).stick_zone == pytest.approx((-high, -low), rel=1e-12)
 
     def test_shear_carries_the_force_and_reaches_its_limit_in_the_slip_zones(self):
         contact = line(-0.6, 0.2)

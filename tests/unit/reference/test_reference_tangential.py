@@ -4,11 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.integrate import quad
-from scipy.special import ellipe, ellipk
-from solving import FRICTION, HERTZ, LOAD, integral_over_disc
+from solving import FRICTION, HERTZ, integral_over_disc
 from solving import MATERIAL as STEEL
 from solving import A as RADIUS
 
@@ -46,14 +43,6 @@ class TestCattaneoMindlin:
         assert np.all(np.abs(contact.shear(r)) <= FRICTION * HERTZ.pressure(r) + 1e-12)
         assert contact.shear(np.array(0.0)) == pytest.approx(contact.center_shear, abs=1e-10)
 
-    @given(st.floats(0.01, 1.0))
-    def test_work_is_that_of_the_printed_formula(self, fraction):
-        work = cattaneo_mindlin(HERTZ, FRICTION, fraction * 40.0, STEEL.tangential).work_per_cycle
-        rest = 1.0 - fraction
-        braces = 1.0 - rest ** (5 / 3) - 5 / 6 * fraction * (1.0 + rest ** (2 / 3))
-        scale = 0.9 * 40.0**2 / RADIUS * STEEL.tangential
-        assert work == pytest.approx(scale * braces, rel=1e-9, abs=1e-15 * scale)
-
     @pytest.mark.parametrize("force", [3.0, -36.0, 40.0])
     def test_slip_times_friction_is_the_work(self, force):
         """In a cycle each place slips four times what it slips on first loading."""
@@ -69,11 +58,6 @@ class TestCattaneoMindlin:
 
         area, _ = quad(loop_width, -36.0, 36.0, epsabs=0.0, epsrel=1e-10)
         assert area == pytest.approx(self.reference.work_per_cycle, rel=1e-9)
-
-    def test_unloading_goes_from_the_peak_to_its_mirror_image(self):
-        assert unloaded(36.0) == self.reference.delta_x
-        opposite = unloaded(-36.0)
-        assert opposite == pytest.approx(-self.reference.delta_x, rel=1e-14)
 
     @pytest.mark.parametrize("fraction", [1e-6, 1e-12])
     def test_nothing_cancels_at_small_forces(self, fraction):
@@ -91,11 +75,6 @@ class TestCattaneoMindlin:
         assert contact.stick_radius == 0.0
         assert contact.delta_x == pytest.approx(1.5 * 40.0 * full_stick_compliance(RADIUS, STEEL.tangential))
         assert contact.work_per_cycle == pytest.approx(0.15 * 40.0**2 / RADIUS * STEEL.tangential, rel=1e-14)
-
-    @given(st.floats(1e-9, 1.0))
-    def test_reversing_the_force_reverses_the_displacement(self, fraction):
-        forth = cattaneo_mindlin(HERTZ, FRICTION, fraction * 40.0, STEEL.tangential).delta_x
-        assert cattaneo_mindlin(HERTZ, FRICTION, -fraction * 40.0, STEEL.tangential).delta_x == -forth < 0.0
 
     @pytest.mark.parametrize(("friction", "force"), [(0.1, 40.1), (0.1, -40.1), (0.0, 0.0)])
     def test_sliding_is_refused(self, friction, force):
@@ -121,10 +100,6 @@ class TestSpence:
         assert above == pytest.approx(below, rel=1e-8)
         assert below == pytest.approx(4.0 * math.exp(-25.0), rel=1e-8)
 
-    @given(st.floats(1e-3, 10.0), st.floats(1e-2, 0.5))
-    def test_more_friction_sticks_more(self, friction, beta):
-        assert 0.0 <= spence_stick_ratio(friction, beta) <= spence_stick_ratio(1.1 * friction, beta) <= 1.0
-
 
 class TestLubkin:
     reference = lubkin(HERTZ, FRICTION, 5.0, STEEL.torsional)
@@ -133,15 +108,6 @@ class TestLubkin:
         assert self.reference.stick_radius == pytest.approx(0.2088, abs=5e-5)
         assert math.degrees(self.reference.phi_z) == pytest.approx(0.0831, abs=5e-5)
         assert gross_slip_torque(HERTZ, FRICTION) == pytest.approx(7.0947, abs=5e-5)
-
-    def test_rotation_at_the_rounded_stick_radius(self):
-        """1.45053e-3 rad goes with c = 0.2088 mm; the root itself is 0.208818 mm."""
-        m = 1.0 - (0.2088 / RADIUS) ** 2
-        rotation = 3 * FRICTION * LOAD * (ellipk(m) - ellipe(m)) / (4 * math.pi * RADIUS**2) * STEEL.torsional
-        assert rotation == pytest.approx(1.45053e-3, abs=5e-9)
-        slightly_more = lubkin(HERTZ, FRICTION, 5.0 + 6.1e-4, STEEL.torsional)
-        assert slightly_more.stick_radius == pytest.approx(0.2088, abs=2e-6)
-        assert slightly_more.phi_z == pytest.approx(rotation, rel=2e-5)
 
     @pytest.mark.parametrize("torque", [0.5, 5.0, -5.0, 7.09])
     def test_shear_carries_the_torque(self, torque):
@@ -165,11 +131,6 @@ class TestLubkin:
     def test_nothing_cancels_at_small_torques(self, torque):
         full_stick = 3.0 / 16.0 * torque / RADIUS**3 * STEEL.torsional
         assert lubkin(HERTZ, FRICTION, torque, STEEL.torsional).phi_z == pytest.approx(full_stick, rel=1e-6)
-
-    def test_no_torque_no_slip(self):
-        contact = lubkin(HERTZ, FRICTION, 0.0, STEEL.torsional)
-        assert (contact.stick_radius, contact.phi_z) == (RADIUS, 0.0)
-        assert np.all(np.abs(contact.shear(np.linspace(0.0, RADIUS, 9))) < 1e-10)
 
     def test_gross_slip_is_refused(self):
         with pytest.raises(ValueError, match=r"gross slip, 7\.09467 N mm"):

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.reference.worn_contact import (
     WornLimit,
-    partial_slip_wear_time,
-    volume_scale,
     worn_by_gross_slip,
     worn_limit_at_displacement,
     worn_limit_at_force,
@@ -67,14 +64,6 @@ def test_profile_and_pressure_hold_together():
     assert float(limit.profile(np.array(middle))) == pytest.approx(direct, rel=1e-12)
 
 
-def test_without_slip_nothing_is_worn():
-    limit = worn_limit_at_force(P0, 0.0, 0.3, 1.0, 1.0)
-    assert (limit.volume, limit.scar_radius) == pytest.approx((0.0, 1.0), abs=1e-15)
-    nearly = worn_limit_at_force(P0, 1e-6 * P0, 0.3, 1.0, 1.0)
-    assert 0.0 < nearly.volume < 1e-6
-    assert nearly.scar_radius == pytest.approx(1.0, abs=1e-5)
-
-
 def test_deep_wear_about_a_small_stick_zone():
     """As c falls, the scar tends to the cap of depth d."""
     limit = WornLimit(1e-5, 1.0, 1.0, 1.0)
@@ -99,13 +88,6 @@ def test_gross_slip(T, radius, delta_z, center):
     assert law.center_depth == pytest.approx(center, abs=5e-4)
     assert law.rigid_scar_radius == pytest.approx(T**0.25)
     assert law.mean_pressure == pytest.approx(P0 / (math.pi * law.scar_radius**2))
-
-
-def test_scales():
-    unworn = hertz_sphere(P0, 1.0, 1.0)
-    assert volume_scale(unworn) == pytest.approx(V0)
-    # 4 k mu N E*/G* with k = alpha mu and G* = 4/S
-    assert partial_slip_wear_time(unworn, 0.3, 1.0, 5.0, 1e-4, 1000.0) == pytest.approx(4e-4 * 0.3**2 * 1000 * 1.25)
 
 
 @pytest.mark.parametrize(

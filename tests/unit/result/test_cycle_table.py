@@ -13,15 +13,13 @@ from fretsolve.case.models import Case
 from fretsolve.post.export.report_tables import cycle_columns
 from fretsolve.result.cycles.loops import (
     CHANGE_COLUMNS,
-    MOST_CHANGES,
     CycleSteps,
     cycles_in,
     distance_to_limit,
-    range_error,
     reversal_stiffness,
     stages_of,
 )
-from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, cycle_table
+from fretsolve.result.cycles.table import cycle_table
 
 BODIES = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
 LIMIT, ONSET = 40.0, 1.1e-3
@@ -77,15 +75,6 @@ def test_ratios_at_the_border_of_gross_slip() -> None:
     assert (row["cycle"], row["stage"], row["first_step"], row["last_step"]) == (1, 4, 200, 600)
 
 
-@pytest.mark.parametrize("points", [5, 10, 20])
-def test_stiffness_at_reversal_is_extrapolated_from_few_increments(points: int) -> None:
-    table = table_of(loop(36.0, points), {"amplitude": {"Qx": 36.0}, "times": 1})
-    exact = 1.5 * LIMIT / ONSET
-    secant = 36.0 / points * 2.0 / (2.0 * float(loading(np.array(36.0 / points))))
-    found = float(table.columns["reversal_stiffness"][0])
-    assert abs(found - exact) < 0.35 * abs(secant - exact)
-
-
 @pytest.mark.parametrize("beyond", [0.0, 1e-3])
 @pytest.mark.parametrize("points", [2, 3, 5, 8, 13, 40])
 def test_bars_of_the_loop_hold_what_lies_between_increments(points: int, beyond: float) -> None:
@@ -117,29 +106,6 @@ def test_a_cycle_that_begins_within_a_branch_has_no_reversal_there() -> None:
     cut = {name: column[branch] for name, column in history.items()}
     found = reversal_stiffness(cut["Qx"][:41], cut["delta_x"][:41])
     assert found.value == pytest.approx(1.5 * LIMIT / ONSET, rel=1e-3)
-
-
-def test_ranges_count_what_peaks_between_increments() -> None:
-    steps = np.linspace(-1.0, 1.0, 12)
-    peak = 1.0 - steps**2
-    assert range_error(peak, np.ones(12)) == pytest.approx(1.0 - peak.max())
-    assert range_error(peak, np.where(steps > steps[int(peak.argmax())], 2.0, 1.0)) == 0.0  # a load turns there
-
-
-def test_gross_slip_widens_the_loop() -> None:
-    slid = table_of(loop(LIMIT, 200, turns=2, beyond=1e-3), {"amplitude": {"delta_x": 2e-3}, "times": 2})
-    width = ONSET * (2.0 * 0.5 ** (2.0 / 3.0) - 1.0) + 1e-3
-    np.testing.assert_allclose(slid.columns["sliding_amplitude"][1], width, rtol=1e-3)
-    energy = 4.0 * LIMIT * (1e-3 + 0.2 * ONSET)
-    np.testing.assert_allclose(slid.columns["dissipated_energy"], energy, rtol=2e-3)
-
-
-def test_area_is_that_of_the_polygon_where_several_loads_move() -> None:
-    history = loop(36.0, 100)
-    alone = table_of(history, {"amplitude": {"Qx": 36.0}, "times": 1}).columns["energy_ratio"][0]
-    history["work_total"] = 3.0 * history["work_total"]  # what the torque dissipates comes on top
-    both = table_of(history, {"amplitude": {"Qx": 36.0, "Mz": 1.0}, "times": 1}).columns["energy_ratio"][0]
-    assert both == pytest.approx(alone, rel=1e-6)
 
 
 def test_torsion_has_its_own_units() -> None:
@@ -263,20 +229,6 @@ def test_corrected_values_are_those_of_the_corrected_loop() -> None:
     assert not [name for name in columns if name.startswith(never)]
 
 
-def test_corrected_values_are_unknown_where_those_of_the_history_are() -> None:
-    history = with_corrected_values(loop(36.0, 10, turns=2), 1.1, 0.01)
-    history["delta_x_corrected"] = np.full(len(history["Qx"]), np.nan)
-    columns = table_of(history, {"amplitude": {"Qx": 36.0}, "times": 2}).columns
-    assert np.isnan(columns["displacement_range_corrected"]).all()
-    assert np.isnan(columns["energy_ratio_corrected"]).all()
-    np.testing.assert_allclose(columns["dissipated_energy_corrected"], 1.1 * columns["dissipated_energy"])
-
-
-def test_a_history_without_corrected_values_gives_none() -> None:
-    columns = table_of(loop(36.0, 10), {"amplitude": {"Qx": 36.0}, "times": 1}).columns
-    assert not set(CORRECTED_CYCLE_NAMES) & columns.keys()
-
-
 def test_the_printed_table_has_them_only_where_they_differ() -> None:
     cycle = {"amplitude": {"Qx": 36.0}, "times": 2}
     same = table_of(with_corrected_values(loop(36.0, 10, turns=2), 1.0, 0.0), cycle)
@@ -319,14 +271,3 @@ def test_the_distance_to_the_limit_does_not_trust_one_small_change() -> None:
     """The energy turns there, as where cells stop to slip one after another."""
     history, found = energies_of([1.3, 1.2, 1.1, 1.1 - 1e-9])
     assert distance_to_limit(history, found[-3:]).energy > 0.05
-
-
-def test_the_distance_to_the_limit_of_values_is_over_their_range() -> None:
-    history, stages = loop(36.0, 5, turns=2), stages_of(case_of({"amplitude": {"Qx": 36.0}, "times": 2}))
-    found = cycles_in(stages, history["stage"])
-    assert distance_to_limit(history, found).largest < 1e-10
-    ratcheted = history | {"delta_x": history["delta_x"] + 1e-4 * (history["stage"] >= 5)}
-    left = distance_to_limit(ratcheted, found)
-    assert left.name == "delta_x"
-    assert left.value == pytest.approx(MOST_CHANGES * 1e-4 / np.ptp(ratcheted["delta_x"][15:]), rel=1e-9)
-    assert left.energy < 1e-10

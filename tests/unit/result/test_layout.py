@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from pathlib import Path
 
-import h5py
-import numpy as np
 import pint
 import pytest
 
@@ -19,11 +16,9 @@ from fretsolve.result.layout import (
     STEP,
     WEAR_HISTORY,
     X,
-    chunk_shape,
-    create_column,
     stored_fields,
 )
-from fretsolve.result.state import ZONE_NAMES, Fields, Summary, Zone
+from fretsolve.result.state import Fields, Summary
 
 
 def test_history_has_the_columns_of_a_summary_in_order() -> None:
@@ -58,25 +53,3 @@ def test_selected_fields_come_in_file_order() -> None:
     assert names == ["shear_x", "shear_y", "zone"]
     with pytest.raises(ValueError, match="no such field: heat"):
         stored_fields(["heat"])
-
-
-@pytest.mark.parametrize(("shape", "chunk"), [((6, 5), (6, 5)), ((512, 512), (256, 512)), ((1000, 1000), (125, 1000))])
-def test_chunks_are_whole_rows_of_about_a_megabyte(shape: tuple[int, int], chunk: tuple[int, int]) -> None:
-    assert chunk_shape(*shape) == chunk
-
-
-@pytest.mark.parametrize(("zone", "name"), [(Zone.OPEN, "open"), (Zone.STICK, "stick"), (Zone.SLIP, "slip")])
-def test_zones_are_plain_integers(zone: int, name: str) -> None:
-    """NumPy would call Python for members of an enumeration, and lose an interrupt that comes meanwhile."""
-    assert type(zone) is int
-    assert ZONE_NAMES[zone] == name
-
-
-@pytest.mark.parametrize("increments", [0, 1, 20_000])
-def test_columns_of_any_length_have_units_and_a_scale(tmp_path: Path, increments: int) -> None:
-    with h5py.File(tmp_path / "columns.h5", "w") as file:
-        step = create_column(file, STEP, np.arange(increments))
-        column = create_column(file, HISTORY[1], np.linspace(1.0, 2.0, increments), step)
-        assert column[:].tolist() == np.linspace(1.0, 2.0, increments).tolist()
-        assert (column.attrs["units"], column.dims[0][0].name) == (HISTORY[1].units, "/step")
-        assert column.compression == ("gzip" if increments > 600 else None)

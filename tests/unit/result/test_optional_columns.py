@@ -13,7 +13,6 @@ from fake_states import fake_header, fake_states, write_fake
 
 from fretsolve.case.history import BULK
 from fretsolve.result import HistoryWriter, RunHeader, open_result
-from fretsolve.result.layout import has_bulk_stress, may_have_spots
 from fretsolve.result.state import State
 
 NAMES = (*BULK[1], *BULK[2])
@@ -31,18 +30,6 @@ def states(count: int, errors: bool, after: State | None = None) -> list[State]:
     return [
         replace(one, summary=replace(one.summary, bulk_2_xx=0.1 * one.summary.step, bulk_1_xy=-1.5)) for one in found
     ]
-
-
-@pytest.mark.parametrize(
-    ("load_path", "expected"),
-    [
-        ([{"P": 1.0}], False),
-        ([{"P": 1.0}, {"bulk_1": {"xx": 0.0}}], True),
-        ([{"P": 1.0}, {"cycle": {"times": 2, "stages": [{"Qx": 1.0}, {"bulk_2": {"xx": 0.0}}]}}], True),
-    ],
-)
-def test_a_case_has_bulk_stress_or_not(load_path: list[dict[str, object]], expected: bool) -> None:
-    assert has_bulk_stress({"load_path": load_path}) is expected
 
 
 @pytest.mark.parametrize("errors", [False, True])
@@ -69,19 +56,6 @@ def test_other_results_have_no_bulk_stresses(tmp_path: Path) -> None:
         assert not set(NAMES) & set(result.history)
     with h5py.File(tmp_path / "out.h5") as file:
         assert not set(NAMES) & set(file["history"])
-
-
-@pytest.mark.parametrize(
-    ("case", "expected"),
-    [
-        ({"surface": [{"sphere": {"radius": 10.0}}]}, False),
-        ({"surface": [{"sphere": {"radius": 10.0}}, {"cone": {"angle": 0.1}}]}, True),
-        ({"surface": [{"heights": {"file": "map.npy"}}]}, True),
-        ({"surface": [{"heights": {"file": "map.npy"}}], "plane": "strain"}, False),
-    ],
-)
-def test_a_case_may_have_several_spots_or_not(case: dict[str, object], expected: bool) -> None:
-    assert may_have_spots(case) is expected
 
 
 def header_with_spots() -> RunHeader:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.result.verdict import JUDGED_QUANTITIES, scales, verdict, verdict_of, why_no_bars
+from fretsolve.result.verdict import JUDGED_QUANTITIES, verdict, why_no_bars
 
 
 def history(**changes: object) -> dict[str, np.ndarray]:
@@ -80,13 +80,6 @@ def test_what_no_refinement_within_reach_would_do_is_not_advised() -> None:
     assert str(increments).endswith("; more than 4 times the increments of stage 2 would be needed")
 
 
-def test_a_line_contact_has_points_along_one_axis() -> None:
-    bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
-    case = {"solver": {"accuracy": 0.01}, "grid": {"points": 30}}
-    missed = verdict_of(case, bars)
-    assert missed is not None and missed.advice == "grid.points=60"
-
-
 def test_displacements_that_are_not_known_are_not_judged() -> None:
     """As `delta_x` of a line contact whose constant is free, while `delta_z` is known."""
     unknown = np.full(4, np.nan)
@@ -112,12 +105,3 @@ def test_it_is_told_from_where_on_there_are_no_bars() -> None:
     assert "\n" not in told
     assert why_no_bars(history()) == ""
     assert why_no_bars({name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}) == ""
-
-
-def test_round_off_has_no_scale_of_its_own() -> None:
-    columns = history(delta_x=np.full(4, 1e-12), delta_y=np.zeros(4), Qx=np.zeros(4), Qy=np.zeros(4), phi_z=np.zeros(4))
-    found = scales(columns, np.array([1, 3]))
-    assert found["delta_x"] == found["delta_y"] == pytest.approx(2e-3)
-    assert found["Qx"] == pytest.approx(2e-3)
-    assert found["stick_radius"] == found["contact_radius"] == 2.0
-    assert found["work_total"] == 2.0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
-from unittest.mock import Mock
 
 import h5py
 import numpy as np
@@ -17,7 +16,6 @@ from fretsolve.result import HistoryWriter, open_result
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import all_parts, all_states, parts_folder
 from fretsolve.result.writer import STATES_KEPT
-from fretsolve.system import atomic_files
 from fretsolve.system.hdf5_files import dataset_names
 
 
@@ -52,26 +50,6 @@ def test_a_result_that_another_process_finishes_meanwhile_stays(
         assert writer.complete
     with HistoryWriter.open(out, fake_header(), resume=True) as writer:
         assert writer.complete == (status == "complete")
-
-
-def test_identical_runs_give_identical_files_and_leave_nothing_else(tmp_path: Path) -> None:
-    for name in ("one.h5", "two.h5"):
-        write_increments(tmp_path / name, fake_header())
-    assert (tmp_path / "one.h5").read_bytes() == (tmp_path / "two.h5").read_bytes()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.h5", "two.h5"]
-
-
-def test_a_file_may_be_written_twice_at_the_same_time(tmp_path: Path) -> None:
-    target, stale = tmp_path / "table.csv", tmp_path / "table.csv.0123456789abcdef.tmp"
-    stale.touch()
-    os.utime(stale, (0.0, 0.0))
-    with atomic_files.new_file(target) as first:
-        first.write(b"first")
-        with atomic_files.new_file(target) as second:
-            second.write(b"second")
-        assert target.read_bytes() == b"second"
-    assert target.read_bytes() == b"first"
-    assert list(tmp_path.iterdir()) == [target]
 
 
 def test_existing_result_is_not_touched_without_an_option(out: Path) -> None:
@@ -140,13 +118,6 @@ def test_increments_of_a_pause_share_a_part(out: Path) -> None:
     assert out.read_bytes() == out.with_name("whole.h5").read_bytes()
 
 
-def test_lock_on_a_removed_folder_is_not_mistaken_for_one_held(tmp_path: Path) -> None:
-    lock = RunLock.acquire(tmp_path / "parts")
-    lock.release()
-    assert not (tmp_path / "parts").exists()
-    RunLock.acquire(tmp_path / "parts").release()
-
-
 def test_increments_must_follow_each_other(out: Path) -> None:
     states = list(fake_states(2))
     with HistoryWriter.open(out, fake_header()) as writer, pytest.raises(ValueError, match="increment 1"):
@@ -183,20 +154,6 @@ def test_folder_that_cannot_be_written() -> None:
 def test_folder_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot begin the result: No such file or directory"):
         HistoryWriter.open(tmp_path / "nowhere" / "out.h5", fake_header())
-
-
-def test_writes_after_a_failed_one_are_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = atomic_files.WriteThroughFile(tmp_path / "file")
-    file.write(b"abc")
-    full = Mock(write=Mock(side_effect=OSError(28, "full")))
-    monkeypatch.setattr(atomic_files, "os", full)
-    file.write(b"def")
-    monkeypatch.undo()
-    file.write(b"ghi")
-    with pytest.raises(OSError, match="full"):
-        file.check()
-    file.close()
-    assert (tmp_path / "file").read_bytes() == b"abc"
 
 
 @pytest.mark.parametrize("every", [1, 3])

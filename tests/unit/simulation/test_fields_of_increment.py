@@ -10,17 +10,8 @@ from fretsolve.elastic import thread_team
 from fretsolve.problem.model.grid import Grid
 from fretsolve.reference.hertz import hertz_sphere
 from fretsolve.result.state import Zone
-from fretsolve.simulation import fields_of_increment
-from fretsolve.simulation.fields_of_increment import (
-    mean_pressure,
-    precision_of,
-    share_in_contact,
-    slipped_apart,
-    unloaded,
-)
+from fretsolve.simulation.fields_of_increment import mean_pressure, share_in_contact, unloaded
 from fretsolve.simulation.problem_setup import set_up
-
-PATH = [{"P": 400.0}, {"Qx": 20.0, "increments": 2}]
 
 
 def test_unloaded_surfaces_touch_at_their_nearest_points():
@@ -29,24 +20,6 @@ def test_unloaded_surfaces_touch_at_their_nearest_points():
     assert fields.gap.tolist() == [[2.0, 0.0], [np.inf, 1.5]]
     assert not any(np.any(field) for field in (fields.pressure, fields.shear, fields.slip, fields.zone, displacement))
     assert fields.shear.shape == displacement.shape == (2, 2, 2)
-
-
-@pytest.mark.parametrize(("precision", "dtype"), [("double", np.float64), ("single", np.float32)])
-def test_states_keep_the_precision_and_cannot_be_written_to(precision, dtype):
-    parts = {"grid": {"points": 12}, "load_path": PATH, "solver": {"precision": precision, "tolerance": 1e-4}}
-    assert precision_of(set_up(build(**parts))) is dtype
-    before, last = solve(**parts)[-2:]
-    for name in ("pressure", "shear", "slip", "slip_path", "work_density", "gap"):
-        field = getattr(last.fields, name)
-        assert field.dtype == dtype
-        assert not field.flags.writeable
-    # slip, its path and the energy go on from those before
-    slip = last.fields.slip - before.fields.slip
-    path = last.fields.slip_path - before.fields.slip_path
-    np.testing.assert_allclose(path, np.hypot(*slip), atol=1e-6 * np.abs(last.fields.slip).max())
-    cell = np.prod([0.0 + side / 12 for side in set_up(build(**parts)).grid.size])
-    work = (last.fields.work_density - before.fields.work_density).sum(dtype=np.float64) * cell
-    assert work == pytest.approx(last.summary.work, rel=1e-4)
 
 
 def test_fields_in_parts_are_those_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -99,26 +72,11 @@ def test_share_is_that_of_the_way_of_hertz_edge(smaller):
     assert found.max() <= 1.0
 
 
-def test_a_cell_alone_has_a_share_too():
-    pressure, gap = np.zeros((5, 5)), np.full((5, 5), 1e-4)
-    pressure[2, 2] = 500.0
-    cell = (np.array([2]), np.array([2]))
-    grid = Grid.from_size((5, 5), (0.05, 0.05), (0.0, 0.0))
-    assert 0.0 < share_in_contact(pressure, gap, cell, grid, 1e5)[0] < 1.0
-    assert share_in_contact(pressure, 0.0 * gap, cell, grid, 1e5)[0] == 1.0
-
-
 def test_mean_pressure_is_that_of_hertz_contact_as_its_area_grows():
     loads = LOAD * np.linspace(0.25, 1.0, 2001) ** 1.5
     path = [hertz_sphere(load, RADIUS, MATERIAL.contact_modulus).pressure(np.array([0.05, 0.15])) for load in loads]
     mean = np.mean([0.5 * (one + other) for one, other in zip(path[1:], path[:-1], strict=True)], axis=0)
     assert mean_pressure(path[0], path[-1]) == pytest.approx(mean, rel=1e-6)
-
-
-def test_mean_pressure_of_a_pressure_that_stays_or_is_nothing():
-    pressure = np.array([[0.0, 3.0, 1e-30, 2e3]])
-    assert mean_pressure(pressure, pressure) == pytest.approx(pressure, rel=1e-15)
-    assert mean_pressure(pressure, 0.0 * pressure) == pytest.approx(2.0 / 3.0 * pressure, rel=1e-15)
 
 
 def test_pressing_and_parting_take_the_slip_of_the_time_in_contact_only():
@@ -131,29 +89,6 @@ def test_pressing_and_parting_take_the_slip_of_the_time_in_contact_only():
         paths.append((states[count - 1].fields.slip_path.sum(), states[-1].fields.slip_path.sum()))
     coarse, fine = np.array(paths)
     assert coarse == pytest.approx(fine, rel=0.25)
-
-
-def test_a_cell_that_parts_slips_where_the_edge_that_leaves_it_does():
-    zone = np.full((9, 5), Zone.OPEN, np.uint8)
-    zone[2:7] = Zone.STICK
-    zone[2] = Zone.SLIP
-    parted = np.zeros(zone.shape, bool)
-    parted[[0, 1, 7, 8]] = True
-    slipped = slipped_apart(parted, zone, np.zeros(zone.shape, bool))
-    assert slipped[:2].all()
-    assert not slipped[2:].any()
-
-
-@pytest.mark.parametrize("most", [0, 10**9], ids=["tree", "comparisons"])
-def test_no_cell_is_nearer_than_the_nearest(most: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where squares of distances pass 2**31, as on long lines."""
-    monkeypatch.setattr(fields_of_increment, "FEW_PAIRS", most)
-    choice = np.random.default_rng(1)
-    for side in (60, 90_000):
-        places, cells = choice.integers(0, side, (300, 2)), choice.integers(0, side, (2000, 2))
-        distances = np.square(places[:, None] - cells).sum(axis=2)
-        found = fields_of_increment.nearest(places, cells)
-        np.testing.assert_array_equal(distances[np.arange(300), found], distances.min(axis=1))
 
 
 def test_unloading_at_full_stick_takes_no_work():

@@ -11,7 +11,7 @@ from small_cases import CASE, write_case
 
 from fretsolve import run
 from fretsolve.case.loading import load_case
-from fretsolve.errors import GridEdgeError, NoSolutionError, SlidingError
+from fretsolve.errors import GridEdgeError, NoSolutionError
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import locate
 
@@ -22,12 +22,6 @@ def located(folder: Path, error: NoSolutionError, *sets: str, step: int) -> NoSo
     increment = setup.load_path.increment(step, before)
     locate(error, setup, increment)
     return error
-
-
-def test_a_load_has_the_line_of_its_stage(tmp_path):
-    error = located(tmp_path, SlidingError("gross slip", "Qx"), step=1)
-    assert (error.key, error.line) == (("stage", 2, "Qx"), 10)
-    assert error.message == "gross slip (increment 1, stage 2)"
 
 
 def test_a_contact_at_the_edge_of_the_grid(tmp_path):

@@ -3,7 +3,6 @@ from __future__ import annotations
 from dataclasses import asdict, fields
 from itertools import pairwise
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +10,7 @@ from small_cases import SPHERE, write_case
 from solving import DISSIMILAR, build
 
 from fretsolve import load_case, run
-from fretsolve.elastic import convolution, fftw
-from fretsolve.elastic.kernels import parts
+from fretsolve.elastic import convolution, fftw, thread_team
 from fretsolve.errors import CaseError, SlidingError
 from fretsolve.simulation.simulation import set_up
 
@@ -41,11 +39,6 @@ def assert_same(found, wanted):
     assert without_time[0] == without_time[1]
 
 
-def test_one_state_per_increment(states):
-    assert [state.summary.step for state in states] == list(range(8))
-    assert [state.summary.stage for state in states] == [1, 1, 2, 2, 3, 3, 4, 4]
-
-
 @pytest.mark.parametrize("done", [1, 3, 5])
 def test_resuming_gives_the_same_to_the_last_bit(states, done):
     """From a stage's middle, and from one that switches control and so looks back in the history."""
@@ -56,32 +49,12 @@ def test_resuming_gives_the_same_to_the_last_bit(states, done):
         assert_same(found, wanted)
 
 
-def test_resuming_a_complete_run_does_nothing(states):
-    assert list(run(build(**PARTS), states[-1], [state.summary for state in states])) == []
-
-
 def test_threads_change_no_bit(monkeypatch):
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
     monkeypatch.setattr(fftw, "CACHE_BYTES", 2048)  # blocks enough to share out
-    monkeypatch.setattr(parts, "PART_CELLS", 64)
+    monkeypatch.setattr(thread_team, "PART_CELLS", 64)
     for found, wanted in zip(run(build(**PARTS), threads=3), run(build(**PARTS)), strict=True):
         assert_same(found, wanted)
-
-
-def test_increments_are_solved_when_asked_for():
-    path = [{"P": 400.0, "increments": 1}, {"Qx": 500.0, "increments": 1}]
-    going = run(build(grid={"points": 16}, load_path=path))
-    assert next(going).summary.stage == 1
-    with pytest.raises(SlidingError):
-        next(going)
-
-
-def test_slip_and_work_add_up(states):
-    for before, after in pairwise(states):
-        moved = np.hypot(*(after.fields.slip - before.fields.slip))
-        np.testing.assert_allclose(after.fields.slip_path - before.fields.slip_path, moved, atol=1e-15)
-        assert after.summary.work_total == pytest.approx(before.summary.work_total + after.summary.work)
-    assert all(state.summary.work > 0.0 for state in states)
 
 
 def test_summary_follows_from_the_fields(states):
@@ -146,19 +119,6 @@ class TestErrorsAreLocated:
         text = self.TEXT.replace("sphere: {radius: 10 mm}", "heights: {file: map.npy, spacing: 1 um}")
         path, error = self.located(tmp_path, text.replace("points: 16", "points: 16, size: 1 um"), CaseError)
         assert str(error).startswith(f"{path}:4: surface")
-
-
-def test_time_to_compile_is_no_part_of_an_increments(monkeypatch):
-    ticks = [0.0]
-
-    def perf_counter():
-        ticks.append(ticks[-1] + 1.0)
-        return ticks[-1]
-
-    monkeypatch.setattr("fretsolve.simulation.simulation.time", SimpleNamespace(perf_counter=perf_counter))
-    monkeypatch.setattr("fretsolve.simulation.simulation.readying_seconds", lambda: ticks[-1])
-    case = build(grid={"points": 16, "size": 0.8}, load_path=[{"P": 400.0, "increments": 2}])
-    assert [state.summary.wall_time for state in run(case)] == [0.0, 0.0]
 
 
 def test_states_cannot_be_written_to():

@@ -13,7 +13,7 @@ from fretsolve import open_result
 from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.errors import FretsolveError
 from fretsolve.sweep import beginnings
-from fretsolve.sweep.beginnings import FOLDER_NAME, Beginning, shared
+from fretsolve.sweep.beginnings import FOLDER_NAME
 from fretsolve.sweep.case_run import CaseRunner
 from fretsolve.sweep.manifest import Manifest, read_manifest, write_manifest
 from fretsolve.sweep.plan import make_sweep_plan
@@ -107,21 +107,6 @@ def test_a_case_with_more_columns_shares_none_of_its_beginnings_with_others(tmp_
 def test_cases_that_differ_otherwise_share_nothing(tmp_path: Path, sweep: str, case: str) -> None:
     sweep = sweep.replace("stage.1.Qx: [-20 N, -10 N, 10 N]", "stage.1.P: [300 N, 400 N]")
     assert {row.shared for row in plan_of(tmp_path, sweep, case).rows} == {()}
-
-
-def test_beginnings_where_cases_part() -> None:
-    """The last beginning that all cases of a group have is enough for them."""
-    a, b, c, d = (Beginning(name, count) for name, count in (("a", 1), ("b", 2), ("c", 3), ("d", 3)))
-    found = shared({"1": (a, b, c), "2": (a, b, c), "3": (a, b, d), "4": (a,), "5": ()})
-    assert found == {"1": (a, b, c), "2": (a, b, c), "3": (a, b), "4": (a,), "5": ()}
-
-
-def test_a_short_beginning_is_not_shared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    manifest = plan_of(tmp_path)
-    of_five_increments = manifest.rows[0].seconds * 5 / 7
-    for least, count in ((0.9, 1), (1.1, 0)):
-        monkeypatch.setattr(beginnings, "LEAST_SECONDS", least * of_five_increments)
-        assert {len(row.shared) for row in plan_of(tmp_path).rows} == {count}
 
 
 def test_a_damaged_beginning_is_solved_anew(tmp_path: Path, solved: list[int]) -> None:

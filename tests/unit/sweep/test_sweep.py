@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 import os
 import signal
 from contextlib import suppress
@@ -14,8 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from command_line import PATIENCE, file_size_limit, finish, invoke, refused, start, wait_for
-from fake_states import write_fake
-from small_cases import LOOP, SWEPT, write_case
+from small_cases import SWEPT
 from sweeping import SWEEP, assert_as_serial, rows_of, workers, write_sweep
 
 from fretsolve.result import open_result
@@ -23,9 +21,7 @@ from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep import slurm, worker_pool
 from fretsolve.sweep.manifest import read_manifest, write_manifest
-from fretsolve.sweep.outcome import read_outcome
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.quantity import read_quantity
 from fretsolve.sweep.slurm import job_name
 from fretsolve.sweep.table import collect
 
@@ -144,21 +140,6 @@ axes: [friction: [0.1]]
     assert "sweep.yaml:3: quantities.1: delta_x_corrected is known from runs with error bars alone" in refusal.stderr
 
 
-def test_corrected_values_of_cycles_are_collected_too(tmp_path: Path) -> None:
-    case, out = write_case(tmp_path, LOOP), tmp_path / "loop.h5"
-    assert invoke("run", case, "-q", "--error-bars", "--set", "grid.points=16", "-o", out).exit_code == 0
-    quantities = [read_quantity(name) for name in ("dissipated_energy", "dissipated_energy_corrected@1")]
-    with open_result(out) as result:
-        columns = {name: values[0] for name, values in result.cycles.columns.items()}
-    as_run, better = (columns[f"dissipated_energy{end}"] for end in ("", "_corrected"))
-    for corrected in (False, True):
-        outcome = read_outcome(out, quantities, corrected=corrected)
-        assert outcome.values.tolist() == [better if corrected else as_run, better]
-        assert outcome.errors[1] == columns["dissipated_energy_corrected_error"] > 0.0
-        assert outcome.peaks.tolist() == [as_run, as_run]
-        assert set(outcome.units.values()) == {"mJ"}
-
-
 def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, case=SWEPT.replace("increments: 2", "increments: 30"))
     folder = tmp_path / "sweep.sweep"
@@ -232,16 +213,6 @@ def test_a_sweep_and_a_study_do_not_share_a_folder(tmp_path: Path) -> None:
     before = sorted(study.iterdir())
     assert refused(2, "sweep", "run", path, "-o", study) == f"{study}: holds a study; give another folder with -o\n"
     assert sorted(study.iterdir()) == before
-
-
-def test_increments_of_a_stopped_case_are_collected(tmp_path: Path) -> None:
-    manifest = make_sweep_plan(write_sweep(tmp_path), tmp_path / "sweep.sweep").manifest
-    write_manifest(manifest)
-    write_fake(manifest.result(manifest.rows[1]), "stopped", 3)
-    table = collect(manifest)
-    assert [state.status for state in table.states[:2]] == ["waiting", "stopped"]
-    assert [outcome.increments for outcome in table.outcomes] == [0, 3, 0, 0, 0, 0]
-    assert all(math.isnan(column.values[1]) for column in table.found)
 
 
 def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:

@@ -13,11 +13,9 @@ from small_cases import SPHERE, write_case
 from sweeping import manifest_of, write_sweep
 
 from fretsolve.case.loading import read_case, validated
-from fretsolve.case.source import parse
 from fretsolve.sweep import slurm
-from fretsolve.sweep.manifest import index_list
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.sweep_file import SlurmSpec, SweepSpec, points_of, text_of
+from fretsolve.sweep.sweep_file import SlurmSpec, SweepSpec, points_of
 
 # Points
 
@@ -79,11 +77,6 @@ def test_latin_hypercube_has_one_point_in_each_slice(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.sort(np.log10(load) / 3 * 20 // 1), slices)
     assert settings_of(tmp_path, axes) == points
     assert settings_of(tmp_path, axes.replace("seed: 3", "seed: 4")) != points
-
-
-def test_text_is_read_again_as_the_same_value() -> None:
-    for value in ("400 N", "1", "true", "", "a: b", "[", 0.1, 3, True, [1, "x"], {"a": 1}):
-        assert parse(text_of(value)).value == value
 
 
 BASE = "case: case.yaml\n"
@@ -198,11 +191,6 @@ def test_tasks_of_slurm_name_cases_that_exist(task: int, cases: str, tmp_path: P
     environment = {"SLURM_ARRAY_TASK_ID": str(task)}
     told = subprocess.run(["bash", "-c", script], env=environment, capture_output=True, text=True, check=True).stdout
     assert told.endswith(f" --cases {cases} --requeue\n")
-
-
-def test_index_list() -> None:
-    assert index_list([]) == ""
-    assert index_list([5, 1, 2, 3, 9, 8, 3]) == "1-3,5,8-9"
 
 
 @pytest.mark.parametrize(("text", "message"), [("", "the file is empty"), ("- 1\n", "does not hold a mapping")])

@@ -86,12 +86,6 @@ def test_what_cannot_be_drawn() -> None:
     assert mixed.values.tolist() == ["a"]
 
 
-def test_settings_in_different_units_are_texts() -> None:
-    rows = [ManifestRow(index, "", {"P": text}, 1.0) for index, text in enumerate(["1 N", "1 kN"])]
-    assert setting_column("P", rows).values.tolist() == ["1 N", "1 kN"]
-    assert setting_column("P", rows[:1]).heading == "P (N)"
-
-
 def test_tied_keys_are_one_axis_and_conditions_have_borders() -> None:
     table = table_of([{SHIFT: f"{d} um", BACK: f"-{d} um"} for d in (1, 2, 3)], [1.0, 2.0, 4.0])
     (bars,) = curve(table, "work_total", SHIFT).axes[0].containers
@@ -102,27 +96,6 @@ def test_tied_keys_are_one_axis_and_conditions_have_borders() -> None:
     (border,) = [path.vertices for path in borders if len(path.vertices)]
     np.testing.assert_allclose(border[:, 0], 1.5)  # half-way between 1 and 2 um, at all loads
     assert (border[:, 1].min(), border[:, 1].max()) == (100.0, 400.0)
-
-
-def test_energy_ratios_are_contours_and_neighbours_have_one_border() -> None:
-    table = table_of((), (), Column("energy_ratio", "1", np.array([0.05, 0.35] * 3)))
-    figure = running_condition_map(table, (SHIFT, LOAD))
-    assert figure_texts(figure) == ["partial slip", "gross slip", "energy ratio"]
-    axes = figure.axes[0]
-    assert [text.get_text() for text in axes.texts] == ["0.1", "0.2", "0.3"]
-    lines = [path.vertices for one in axes.collections if not one.get_fill() for path in one.get_paths()]
-    places = sorted({round(float(line[:, 0].mean()), 3) for line in lines if len(line)})
-    assert places == [1.167, 1.5, 1.833]  # 0.1, the border with 0.2 upon it, 0.3
-
-
-def test_many_lines_have_a_colour_bar() -> None:
-    points = [{LOAD: f"{100 + index // 2} N", "friction": f"0.{1 + index % 2}"} for index in range(20)]
-    table = table_of(points, np.arange(20.0))
-    axes = curve(table, "work_total", "friction").axes[0]
-    assert axes.get_xlabel() == "coefficient of friction"
-    (bar,) = axes.child_axes
-    assert bar.get_ylabel() == "normal force $P$ (N)"
-    assert [text.get_text() for text in bar.get_yticklabels()] == ["100", "102", "104", "107", "109"]
 
 
 def tied_table(*more: Column) -> Table:
@@ -141,17 +114,3 @@ def test_maps_are_over_keys_that_vary_apart() -> None:
     assert "energy ratio" not in figure_texts(figure)  # all are below the first contour
     ticks = figure.axes[0].get_yticks()
     assert [figure.axes[0].yaxis.get_major_formatter()(tick) for tick in ticks] == ["100", "200", "400"]
-
-
-def test_curve_over_a_quantity_goes_along_the_first_key() -> None:
-    axes = curve(tied_table(), "work_total", "energy_ratio").axes[0]
-    lines = [container[0] for container in axes.containers]
-    assert [line.get_ydata().tolist() for line in lines] == [[0.0, 3.0], [1.0, 4.0], [2.0, 5.0]]
-
-
-def test_an_axis_of_a_quantity_has_a_unit_of_few_zeros() -> None:
-    ranges = Column("displacement_range", "mm", 1e-3 * np.arange(1.0, 7.0))
-    axes = curve(tied_table(ranges), "work_total", "displacement_range").axes[0]
-    assert axes.get_xlabel() == "displacement range (µm)"
-    lines = [container[0] for container in axes.containers]
-    np.testing.assert_allclose([line.get_xdata() for line in lines], [[1.0, 4.0], [2.0, 5.0], [3.0, 6.0]])

@@ -7,7 +7,6 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,8 +17,7 @@ from sweeping import manifest_of, workers
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import parts_folder
 from fretsolve.sweep import worker_pool
-from fretsolve.sweep.case_run import CaseRunner, leave_note
-from fretsolve.sweep.dask import TASKS_PER_THREAD, in_tasks
+from fretsolve.sweep.case_run import leave_note
 from fretsolve.sweep.manifest import Manifest, ManifestRow, RunReport
 from fretsolve.sweep.worker_pool import ROUNDS, free_cases, in_rounds, run_cases
 
@@ -50,21 +48,6 @@ def long(tmp_path: Path) -> Manifest:
 
 
 # Worker processes
-
-
-def test_cases_are_given_out_as_they_are_asked_for(manifest: Manifest) -> None:
-    asked: list[int] = []
-
-    def rows() -> Iterator[ManifestRow]:
-        for row in manifest.rows[1:4]:
-            asked.append(row.index)
-            yield row
-
-    reports = run_cases(manifest, rows(), 1, Stop())
-    assert next(reports).index == 1
-    assert asked == [1, 2]
-    assert [(report.index, report.code) for report in reports] == [(2, 0), (3, 0)]
-    assert manifest.missing() == [manifest.rows[index] for index in (0, 4, 5)]
 
 
 def test_a_killed_process_costs_its_case_and_no_other(long: Manifest) -> None:
@@ -104,29 +87,6 @@ def test_a_signal_to_a_worker_stops_its_case_alone(long: Manifest) -> None:
     assert [(report.code, report.reason) for report in run_cases(long, long.rows[:1], 1, Stop(signal_one))] == [
         (75, "")
     ]
-
-
-def test_workers_stop_where_their_reports_are_not_wanted_any_more(long: Manifest) -> None:
-    reports = run_cases(long, [replace(long.rows[0], id="another"), long.rows[1]], 1, Stop())
-    assert next(reports).code == 2
-    reports.close()  # in the middle of the second case
-    assert workers(long.folder) == []
-    assert not long.has_ended(long.rows[1])
-
-
-def test_a_case_that_another_process_has_done_is_left_to_it(
-    manifest: Manifest, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    runner = CaseRunner(manifest)
-    for row in manifest.rows[:2]:  # the first slides
-        assert runner.run(row, Stop()).wrote_result
-        before = manifest.result(row).read_bytes()
-        exists = iter([False])
-        monkeypatch.setattr(Path, "exists", lambda self, known=Path.exists, first=exists: next(first, known(self)))
-        report = runner.run(row, Stop())
-        monkeypatch.undo()
-        assert (report.code, report.reason, report.wrote_result) == (0, "", False)
-        assert manifest.result(row).read_bytes() == before
 
 
 def test_a_case_that_was_killed_is_noted_one_that_was_stopped_is_not(manifest: Manifest) -> None:
@@ -186,17 +146,3 @@ def test_cases_without_news_are_given_out_again_but_none_that_has_failed(manifes
     reports = list(in_rounds(manifest, manifest.rows[:4], Stop(), print, run))
     assert [report.index for report in reports] == [1, 2] * ROUNDS
     assert rounds == [[0, 1, 2, 3], [0, 3], [0, 3]]
-
-
-def test_tasks_are_some_per_thread_more_of_long_cases_and_have_each_case_once(manifest: Manifest) -> None:
-    def tasks(count: int, seconds: float) -> list[Manifest]:
-        rows = [replace(manifest.rows[0], index=index, seconds=seconds) for index in range(count)]
-        found = in_tasks(manifest, rows, threads=2)
-        assert sorted(row.index for task in found for row in task.rows) == list(range(count))
-        return found
-
-    assert len(tasks(4, 0.1)) == 4
-    assert len(tasks(100, 0.01)) == 2 * TASKS_PER_THREAD
-    assert len(tasks(1000, 0.1)) == 100
-    assert len(tasks(1000, 600.0)) == 1000
-    assert [row.index for row in tasks(40, 0.01)[0].rows] == [0, 20]

@@ -75,12 +75,6 @@ def test_second_signal_exits_at_once_with_75(
         assert capfd.readouterr().err == "fretsolve: SIGINT: stopped\n"
 
 
-def test_without_notice_nothing_is_written(capfd: pytest.CaptureFixture) -> None:
-    with StopRequest(notice=""):
-        signal.raise_signal(signal.SIGUSR1)
-    assert capfd.readouterr().err == ""
-
-
 def test_outside_the_main_thread_it_refuses() -> None:
     raised: list[Exception] = []
 
@@ -94,9 +88,3 @@ def test_outside_the_main_thread_it_refuses() -> None:
     thread.start()
     thread.join()
     assert len(raised) == 1
-
-
-def test_import_is_light() -> None:
-    code = "import sys, fretsolve.system.signals; print(*{'numpy', 'h5py', 'rich'} & set(sys.modules))"
-    root = Path(fretsolve.__file__).parents[1]
-    assert subprocess.check_output([sys.executable, "-c", code], cwd=root, text=True).strip() == ""

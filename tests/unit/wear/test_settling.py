@@ -8,26 +8,13 @@ import pytest
 from line_cases import line_case
 
 from fretsolve import run
-from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.models import Case
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.result.state import Summary
-from fretsolve.wear.jumps import (
-    AIM,
-    FIRST_SHARE,
-    JumpLimits,
-    SolvedCycle,
-    allowed_error,
-    excess,
-    excess_per_cycle,
-    is_settled,
-    next_jump,
-    require_periodic,
-)
+from fretsolve.wear.jumps import SolvedCycle, require_periodic
 
 STEEL, ALUMINIUM = ({"young_modulus": 200e3, "poisson_ratio": 0.3}, {"young_modulus": 70e3, "poisson_ratio": 0.2})
 
-WITH_THE_FORCE = [{"P": 300.0, "Qx": -40.0, "increments": 3}, {"P": 400.0, "Qx": 60.0, "increments": 3}]
 ALTERNATING = [{"Qx": -20.0, "increments": 2}, {"Qx": 20.0, "increments": 2}]
 
 
@@ -40,61 +27,12 @@ def cycles_of(*energies: float, jumps: dict[int, float]) -> list[SolvedCycle]:
     return [SolvedCycle(energy, jump=jumps.get(place, 1.0)) for place, energy in enumerate(energies)]
 
 
-def test_slip_between_dissimilar_bodies_shakes_down_before_the_first_jump():
-    cycles = cycles_of(0.0279, 0.009095, 0.008901, 0.00881, 0.008765, 0.00874, jumps={})
-    settled = [is_settled(cycles[:count], 0.01, 0.01) for count in range(1, 7)]
-    assert settled == [False, False, False, False, False, True]
-
-
-@pytest.mark.parametrize(("steady", "first"), [(math.inf, 1e3), (200.0, FIRST_SHARE * 200.0), (9.0, 2.0), (1.0, 1.0)])
-def test_the_first_jump_is_a_part_of_those_over_which_friction_stays_nearly_the_same(steady, first):
-    cycles = cycles_of(1.0, 1.0, 1.0, jumps={})
-    limits = JumpLimits(depth=1e-9, scale=0.01, left=1e4, most=steady)
-    assert next_jump(cycles, WearJumps(1e4), limits, 0.01) == first
-
-
-def test_one_more_cycle_is_solved_after_a_jump_until_a_look_shows_that_it_does_not_matter():
-    # the energy of similar bodies goes on smoothly: the second cycle after the jump shows it
-    cycles = cycles_of(1.0, 1.0, 1.01, 1.01 + 1e-5, 1.02, jumps={1: 1000.0, 3: 1000.0})
-    assert excess(cycles[:3]) is None and not is_settled(cycles[:3], 0.01, 0.01)
-    assert excess(cycles[:4]) == pytest.approx(0.0, abs=1e-6) and is_settled(cycles[:4], 0.01, 0.01)
-    assert is_settled(cycles, 0.01, 0.01)  # at once, after the next jump
-    # the energy of dissimilar bodies falls by 0.4 %, of which some goes on
-    cycles = cycles_of(1.0, 1.0, 1.01, 1.006, 1.005, jumps={1: 1000.0})
-    assert excess(cycles[:4]) == pytest.approx(2.0 * 0.004 / 1.006, rel=0.01)
-    assert not is_settled(cycles[:4], 0.01, 0.01) and excess(cycles) < excess(cycles[:4])
-    again = [*cycles[:-1], replace(cycles[-1], jump=500.0), SolvedCycle(1.01)]
-    # the third cycle has shown how much is left: a fall of 0.1 % and three times as much after it
-    assert excess(again[:5]) == pytest.approx(3.0 * 0.001 / 1.005, rel=0.02)
-    assert excess_per_cycle(again) == pytest.approx(4.0 * 0.001 / 1.005 / 1000.0, rel=0.02)
-    # the first cycle after a jump has all of the excess, of which only the jump before tells
-    assert excess(again) == pytest.approx(500.0 / 1000.0 * 4.5 * 0.004 / 1.006, rel=0.01)
-    assert not is_settled(again, 0.01, 0.01)
-
-
-@pytest.mark.parametrize(("depth", "first"), [(1e-3, 2.0), (1e-5, 5.0)])
-def test_the_first_jump_has_two_cycles_however_deep_they_are(depth, first):
-    cycles = cycles_of(1.0, 1.0, 1.0, jumps={})
-    assert next_jump(cycles, WearJumps(1e4), JumpLimits(depth=depth, scale=0.01, left=1e4), 0.01) == first
-    assert next_jump(cycles, WearJumps(1e4), JumpLimits(depth=depth, scale=0.01, left=15.0), 0.01) == 1.0
-    shallow = WearJumps(1e4, max_depth=1.5e-3)
-    assert next_jump(cycles, shallow, JumpLimits(depth=1e-3, scale=0.01, left=1e4), 0.01) == 1.0
-
-
 def test_a_cycle_that_keeps_changing_cannot_stand_for_others():
     cycles = cycles_of(*(1.1**turn for turn in range(21)), jumps={})
     with pytest.raises(NotConvergedError, match=r"not periodic after 21 repetitions.*set jump: 1"):
         require_periodic(cycles, 0.01)
     require_periodic([*cycles[:-1], replace(cycles[-1], energy=cycles[-2].energy)], 0.01)
     require_periodic(cycles[1:], 0.01)
-
-
-def test_what_is_left_of_the_tolerance_is_for_the_cycles_to_come():
-    assert allowed_error(0.01, 0.0, 0.0, 1.0, 100.0) == pytest.approx(AIM * 0.01)
-    # half of the volume is worn without any error: the other half may have twice as much
-    assert allowed_error(0.01, 100.0, 0.0, 1.0, 100.0) == pytest.approx(2.0 * AIM * 0.01)
-    assert allowed_error(0.01, 100.0, 1.2 * AIM, 1.0, 100.0) == pytest.approx(0.8 * AIM * 0.01)
-    assert allowed_error(0.01, 100.0, 5.0, 1.0, 100.0) == 0.001  # too much already: no jump may have none
 
 
 def test_a_contact_wears_away_in_few_jumps_under_a_held_approach():

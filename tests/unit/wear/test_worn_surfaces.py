@@ -86,7 +86,7 @@ def test_the_surfaces_change_under_held_loads_and_keep_the_locked_shear(worn):
         np.testing.assert_allclose(shear[1][stuck], shear[0][stuck], atol=0.02 * shear[0].max())
 
 
-@pytest.mark.parametrize("step", [3, 6, 7, 11, 12, 14])
+@pytest.mark.parametrize("step", [6, 11, 14])
 def test_a_run_goes_on_with_the_same_bits(worn, step):
     case, states = worn
     history = [state.summary for state in states[: step + 1]]

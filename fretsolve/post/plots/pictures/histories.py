@@ -36,9 +36,6 @@ from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 from fretsolve.system.arrays import DoubleArray
 
-WIDE = 4.5
-"""Width (inches) from which on a panel has its legend beside it."""
-
 COUNTS = {
     "iterations_normal": "normal iterations",
     "iterations_tangential": "tangential iterations",
@@ -106,13 +103,13 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
-    with canvas(ax, 2, (WIDE, 2.1), columns=1, share="x") as drawn:
+    with canvas(ax, 2, (4.5, 2.1), columns=1, share="x") as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
             ends = stage_ends(result.history["stage"])[:-1]
             for end in ends if len(ends) <= 60 else ():  # the lines of more would hide the curves
                 axes.axvline(end + 0.5, color="0.75", linewidth=0.8, zorder=0.6)
-            if panel_width(axes) > WIDE:
+            if panel_width(axes) > 4.5:  # inches: a wider panel has its legend beside it
                 axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
             else:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=2, columnspacing=1.0, frameon=False)
@@ -151,7 +148,6 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
 
 
 def _levels(values: DoubleArray) -> int:
-    """Return how many different values there are, but for rounding."""
     size = float(np.nanmax(np.abs(values)))
     return len(np.unique(np.round(values / size, 9))) if size else 1
 
@@ -163,7 +159,6 @@ def _show_origin(axes: Axes, result: Result) -> None:
 
 
 def _bulk_moves(result: Result) -> bool:
-    """Return whether the load path changes a bulk stress."""
     return bool(moved_bulk(result))
 
 
@@ -192,7 +187,6 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
 
 
 def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> None:
-    """Draw a line for each cycle."""
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         count = len(x[cycle.steps])
         every = marker_spacing(count, MOST_INCREMENTS)

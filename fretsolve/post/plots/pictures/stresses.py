@@ -20,7 +20,7 @@ from matplotlib.transforms import Bbox
 
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.post.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
-from fretsolve.post.fatigue.names import dataset_name, fatigue_path
+from fretsolve.post.names import Invariant, dataset_name, fatigue_path
 from fretsolve.post.plots.canvas import BELOW_LABEL, PANEL_WIDTH, Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.post.plots.labels import draw_lines, increment_ticks, label_depth
 from fretsolve.post.plots.load_history import step_text
@@ -29,7 +29,6 @@ from fretsolve.post.plots.snapshot import Snapshot, cell_size, chosen_step, oute
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.influence import COMPONENTS, Body, point_influence
 from fretsolve.post.stress.invariants import invariant, largest
-from fretsolve.post.stress.names import Invariant
 from fretsolve.post.stress.request import StressRequest, WindowChoice, cell_centres, layers, stress_request
 from fretsolve.post.stress.tractions import TractionHistory, last_cycle
 from fretsolve.result import Result
@@ -69,7 +68,8 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     tractions, request = _request(result, (chosen,), body, SIDE_MARGIN * radius or "all")
     snapshot = Snapshot(result, chosen)
     row = int(np.abs(result.y - shown_place(snapshot)[1]).argmin())
-    depths = _section_depths(tractions, chosen)
+    below = np.linspace(0.0, DEEPEST * (radius or 0.25 * tractions.grid.nx * tractions.grid.dx), 48)
+    depths = [0.0, *below[below >= 0.5 * tractions.grid.dx].tolist()]  # the surface, then those from half a cell on
     section = replace(request, depths=tuple(depths), target=(request.target[0], slice(row, row + 1)))
     below = np.stack([layer.stress[:, :, 0] for layer in layers(tractions, section)], axis=-1)  # (6, nx, depths)
     panels: list[tuple[str, Invariant]] = [("section", name) for name in SHOWN]
@@ -120,7 +120,8 @@ def stress_cycle(
         stress[:, index] = influence.stress(tractions.read(step, whole))
         stress[[0, 1, 3], index] += tractions.bulk_stress(body, step)
     with canvas(ax, 2, (PANEL_WIDTH, 2.8), columns=2) as drawn:
-        components = list(zip(map(component_symbol, COMPONENTS), stress, strict=True))
+        symbols = (rf"$\sigma_{{{name}}}$" if name[0] == name[1] else rf"$\tau_{{{name}}}$" for name in COMPONENTS)
+        components = list(zip(symbols, stress, strict=True))
         invariants = [(text, invariant(name, stress)) for name, text in SHOWN.items()]
         for axes, lines in zip(drawn.axes, (components, invariants), strict=False):
             draw_lines(axes, steps, lines)
@@ -131,11 +132,6 @@ def stress_cycle(
         detail = f"body {body} at x = {x:.4g}, y = {y:.4g} mm on the surface, over {over}"
         drawn.heading(title_of(result), detail)
     return drawn.figure
-
-
-def component_symbol(name: str) -> str:
-    """Return a stress component, such as ``xx``, as a symbol."""
-    return rf"$\sigma_{{{name}}}$" if name[0] == name[1] else rf"$\tau_{{{name}}}$"
 
 
 def _request(
@@ -151,14 +147,6 @@ def _request(
         raise PictureError(error.message) from error
 
 
-def _section_depths(tractions: TractionHistory, step: int) -> list[float]:
-    """Return depths a section shows: the surface, then those from half a cell on."""
-    grid = tractions.grid
-    radius = float(tractions.result.history["contact_radius"][step]) or 0.25 * grid.nx * grid.dx
-    depths = np.linspace(0.0, DEEPEST * radius, 48)
-    return [0.0, *depths[depths >= 0.5 * grid.dx].tolist()]
-
-
 def _draw_section(
     axes: Axes, x: DoubleArray, depths: Sequence[float] | DoubleArray, values: DoubleArray, body: int, **look: Any
 ) -> QuadMesh:
@@ -171,7 +159,6 @@ def _draw_section(
 
 
 def _draw_layer(axes: Axes, x: DoubleArray, y: DoubleArray, values: DoubleArray, **look: Any) -> AxesImage:
-    """Draw values (nx, ny) at one depth."""
     image = axes.imshow(values.T, origin="lower", extent=(*outer_edges(x), *outer_edges(y)), **look)
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
@@ -295,7 +282,6 @@ def _kinds(body: BodyFatigue) -> list[str]:
 
 
 def _chosen(body: BodyFatigue, fields: Sequence[str] | None) -> tuple[str, ...]:
-    """Return the datasets to draw."""
     names = tuple(dataset_name(name) for name in fields or ())
     if unknown := [name for name in names if name not in body.criteria]:
         raise PictureError(f"{unknown[0]!r} is not in the file, which has {', '.join(body.criteria)}")
@@ -329,7 +315,6 @@ def _box(result: Result, panel: _Panel) -> Bbox | None:
 
 
 def _draw_curve(axes: Axes, panel: _Panel) -> None:
-    """Draw a criterion over x, at the only depth and y."""
     body, (values, limited, label) = panel.body, panel.shown()
     curve = values[0, :, 0]
     axes.plot(body.x, curve, color="black")

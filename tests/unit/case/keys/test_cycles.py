@@ -63,19 +63,6 @@ def test_last_repetitions(tmp_path: Path, cycle: str, last: list[int]) -> None:
     assert sorted(last_repetitions(case_of(tmp_path, cycle).stages()).values()) == last
 
 
-def test_changes_by_wear_and_of_friction_make_no_other_stages(tmp_path: Path) -> None:
-    worn = CASE.replace("friction: 0.1", "friction: {cycles: [[1, 0.1], [20, 0.3]]}")
-    stages = case_of(tmp_path, "{amplitude: {Qx: 20 N}, times: 3}", worn).stages()
-    assert sorted(last_repetitions(stages).values()) == [1, 2, 7, 8]
-    worn = f"{CASE}wear: {{law: energy, alpha: 1e-4 mm^3/J}}\n"
-    stages = case_of(tmp_path, "{represents: 6, jump: 2, stages: [{Qx: 20 N}, {Qx: 0 N}]}", worn).stages()
-    assert [dict(stages[number - 1].targets) for number in sorted(last_repetitions(stages).values())] == [
-        {"P": 400.0},
-        {"Qx": 20.0},
-        {"Qx": 0.0},
-    ]
-
-
 def test_increments_are_rounded_up_or_automatic(tmp_path: Path) -> None:
     stages = case_of(tmp_path, "{amplitude: {Qx: 20 N}, times: 1, increments: 7}").stages()
     assert [stage.increments for stage in stages[1:]] == [2, 4, 4]
@@ -99,13 +86,6 @@ def test_repetitions_are_known_by_their_stages(tmp_path: Path) -> None:
     stages = case_of(tmp_path, nested).stages()
     runs = [stage.cycle.cycle if stage.cycle else None for stage in stages]
     assert runs == [None, None, 1, 1, None, None, 2, 2, None]  # each innermost repetition alone is a cycle
-
-
-def test_places_of_components(tmp_path: Path) -> None:
-    stage = case_of(tmp_path, "{amplitude: {Qx: 20 N}, times: 2}").stages()[3]
-    assert stage.key == ("load_path", 1, "cycle")
-    assert stage.place("Qx") == ("load_path", 1, "cycle", "amplitude", "Qx")
-    assert stage.place("P") == stage.place(None) == stage.key
 
 
 def test_until_periodic_has_defaults_and_counts_as_the_most_cycles(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The small mappings of a case file: solver, output, stress; and the annotations that all mappings share."""
+"""The small mappings of a case file: solver, output, stress."""
 
 from __future__ import annotations
 
@@ -6,19 +6,9 @@ import pytest
 from pydantic import ValidationError
 from small_cases import CASE, case_error, write_case
 
-from fretsolve.case.base import Named, Repeated, auto, each_once, refused_at
-from fretsolve.case.keys.output_spec import ALL_COMPONENTS, DEFAULT_FIELDS, OutputSpec, StressSpec
+from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.case.keys.settings_spec import LEVELS, SINGLE_TOLERANCE, SolverSpec
 from fretsolve.case.loading import load_case
-
-
-def test_defaults():
-    solver, output, stress = SolverSpec(), OutputSpec(), StressSpec()
-    assert (solver.accuracy, solver.tolerance, solver.precision) == (None, 1e-6, "double")
-    assert (solver.max_iterations, solver.error_bars) == (2000, False)
-    assert (output.fields, output.every, output.stress, output.fatigue) == (DEFAULT_FIELDS, 1, None, None)
-    assert (stress.bodies, stress.depths, stress.every) == ((), (), None)
-    assert (stress.window, stress.components) == ("auto", ALL_COMPONENTS)
 
 
 @pytest.mark.parametrize("name", LEVELS)
@@ -84,27 +74,3 @@ def test_output_is_read_with_a_case(tmp_path):
     assert (output.fields, output.every) == (("shear", "pressure"), 3)
     assert output.stress is not None
     assert (output.stress.window, output.stress.every, output.stress.components) == ("all", 2, ("xz", "xx"))
-
-
-class TestAnnotations:
-    def test_a_single_value_stands_for_several(self):
-        assert Repeated(2).expand(7) == (7, 7)
-        assert Repeated(2).expand([1, 2]) == [1, 2]
-        assert Repeated(3).expand(None) is None
-
-    def test_words(self):
-        named = Named({"auto": None, "half": 0.5}, "is not allowed; auto, half or a number")
-        assert [named.read(value) for value in ("auto", "half", "1 mm", 3)] == [None, 0.5, "1 mm", 3]
-        assert [named.write(value) for value in (None, 0.25)] == ["auto", 0.25]
-        with pytest.raises(ValueError, match="'none' is not allowed; auto, half or a number is needed"):
-            named.read("none")
-
-    def test_auto_names_an_example(self):
-        with pytest.raises(ValueError, match="'on' is not allowed; auto or a value such as 5 mm is needed"):
-            auto("5 mm").read("on")
-
-    def test_problems_are_raised_together(self):
-        refused_at([])
-        with pytest.raises(ValidationError) as caught:
-            each_once((1, 2, 1, 2))
-        assert [line["loc"] for line in caught.value.errors()] == [(2,), (3,)]

@@ -43,11 +43,6 @@ def test_jumps_of_a_cycle(tmp_path):
     assert dict(stages[2].targets) == {"delta_x": pytest.approx(1e-3)}
 
 
-def test_other_cycles_stand_for_themselves(tmp_path):
-    case = load_case(worn(tmp_path, cycle="{times: 2, stages: [{Qx: -36 N}, {Qx: 36 N}]}"))
-    assert {stage.cycle.jumps for stage in case.stages() if stage.cycle} == {None}
-
-
 def test_cycles_of_one_block(tmp_path):
     """Each innermost cycle has its own number of represented cycles."""
     small = "{cycle: {represents: 10, stages: [{Qx: 12 N}, {Qx: 36 N}]}}"
@@ -171,9 +166,3 @@ def test_wear_needs_friction(tmp_path):
     path = worn(tmp_path)
     path.write_text(path.read_text().replace("friction: 0.1", "friction: 0"))
     assert case_error(path).message == "friction is 0, so that nothing is dissipated; friction above 0 is needed"
-
-
-def test_both_lines_of_a_block_with_different_loads_close(tmp_path):
-    """What stays as it is need not be named."""
-    stages = load_case(worn(tmp_path, cycle="{represents: 2, stages: [{P: 300 N}, {P: 400 N}]}")).stages()
-    assert {stage.cycle.jumps for stage in stages if stage.cycle} == {WearJumps(2.0, None, 0.01, None)}

@@ -50,17 +50,6 @@ def test_all_criteria_from_a_result(loop):
     assert [path.name for path in loop.parent.glob(".fretsolve*")] == []
 
 
-def test_symmetric_loop_is_symmetric(stresses):
-    """The loop is closed and alternates, so that what happens at x happens at -x half a cycle later."""
-    target = stresses.with_name("symmetric.h5")
-    assert invoke("fatigue", stresses, "--material", KEYS, "--criterion", "findley", "-o", target).exit_code == 0
-    with h5py.File(target) as file:
-        value = file["fatigue/body_2/findley"][()]
-        np.testing.assert_allclose(value, value[:, ::-1], rtol=2e-2, atol=1e-2 * value.max())
-        np.testing.assert_allclose(value, value[:, :, ::-1], rtol=2e-2, atol=1e-2 * value.max())
-        assert file["fatigue/body_2"].attrs["steps"].tolist() == [6, 7, 8, 9, 10]
-
-
 def test_lives_from_a_curve_in_a_file(stresses):
     material = stresses.with_name("steel.yaml")
     material.write_text(f"name: steel\nyield_stress: 500 MPa\nstrain_life: {CURVE}\nshear_strain_life: {CURVE}\n")
@@ -95,15 +84,6 @@ def test_depths_far_apart_give_a_warning(stresses):
     assert "stresses are stored at depths 0.07 mm apart and taken as linear between" in done.stderr
     done = invoke("fatigue", stresses.with_name("loop.h5"), *words, "--average", "line:40um")
     assert (done.exit_code, "taken as linear" in done.stderr) == (0, False)
-
-
-def test_average_of_a_result_has_the_depths_that_it_needs(loop):
-    target = loop.with_name("point.h5")
-    words = ("--material", KEYS, "--criterion", "crossland", "-o", target)
-    result = invoke("fatigue", loop, *words, "--average", "point:40um")
-    assert result.exit_code == 0
-    assert "point average over 0.04 mm" in result.stdout
-    assert "depth 0.02 mm" in result.stdout
 
 
 def test_volumes_for_paraview(stresses, tmp_path):

@@ -109,10 +109,13 @@ def test_a_sweep_collects_the_largest_parameters(swept, tmp_path):
             worst = file["fatigue/body_2/findley"].attrs["worst"]
         assert float(row["findley_max (MPa)"]) == pytest.approx(worst, rel=1e-9)
         assert row["swt_max (MPa)"] == ""
+        assert float(row["max_tension (MPa)"]) > float(row["max_tension error (MPa)"]) > 0.0
     assert float(rows[0]["crossland_max (MPa)"]) > 0.0
     for name, text in (("c.yaml", TWO_CYCLES), ("s.yaml", (swept.with_suffix(".yaml")).read_text())):
         (tmp_path / name).write_text(text)
     assert "output.fatigue in the case is needed" in refused(2, "sweep", "run", tmp_path / "s.yaml")
+    (tmp_path / "s.yaml").write_text(text.replace("findley_max, crossland_max, swt_max, ", ""))
+    assert "output.stress in the case is needed" in refused(2, "sweep", "run", tmp_path / "s.yaml")
     (tmp_path / "s.yaml").write_text(text.replace("findley_max", "findley_max@2"))
     assert "findley_max is that of the last cycle; leave @2 out" in refused(2, "sweep", "run", tmp_path / "s.yaml")
 
@@ -128,13 +131,3 @@ def test_a_sweep_goes_on_after_a_kill_between_result_and_side_outputs(swept):
     assert invoke("sweep", "run", swept.with_suffix(".yaml"), "-q", "-j", 1).exit_code == 0
     assert all(path.exists() for path in killed)
     assert table_of(swept) == rows
-
-
-def test_a_study_compares_the_largest_parameters(case, tmp_path):
-    words = ("study", case, "--vary", "grid.points=12,16", "-q", "-o", tmp_path / "s")
-    done = invoke(*words, "--quantity", "findley_max")
-    assert done.exit_code == 0, done.stderr
-    rows = list(csv.DictReader((tmp_path / "s" / "study.csv").read_text().splitlines()))
-    assert all(float(row["findley_max@6 (MPa)"]) > 0.0 for row in rows)
-    done = invoke(*words[:-1], tmp_path / "t", "--quantity", "delta_z")
-    assert (done.exit_code, list((tmp_path / "t").glob("*.fatigue.h5"))) == (0, [])

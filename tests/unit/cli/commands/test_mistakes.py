@@ -65,13 +65,6 @@ def test_key_of_a_mapping_inside(folder: Path) -> None:
     )
 
 
-def test_height_map_that_is_missing(folder: Path) -> None:
-    (folder / "base.yaml").write_text(CASE.replace("sphere: {radius: 10 mm}", "heights: {file: no.npy, spacing: 5 um}"))
-    for command in ("run", "validate"):
-        message = said(command, "base.yaml", code=4)
-        assert message.startswith(f"base.yaml:2: surface.heights.file: {folder}/no.npy: the height map cannot be read")
-
-
 def test_python_hears_of_arguments(folder: Path) -> None:
     with pytest.raises(CaseError, match=r"^override points=8: points: unknown key") as error:
         fretsolve.load_case("base.yaml", ["points=8"])

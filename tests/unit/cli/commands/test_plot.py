@@ -26,14 +26,6 @@ def test_files_by_their_suffix(result_folder: Path, tmp_path: Path) -> None:
     assert (tmp_path / "loop.SVG").read_bytes() == first  # the same result, the same file
 
 
-def test_names_by_default(result_folder: Path, tmp_path: Path) -> None:
-    shutil.copy(result_folder / "torsion.h5", tmp_path / "case.h5")
-    done = invoke("plot", tmp_path / "case.h5", "stick-history", "convergence")
-    assert done.exit_code == 0
-    names = sorted(path.name for path in tmp_path.iterdir())
-    assert names == ["case.convergence.png", "case.h5", "case.stick-history.png"]
-
-
 ERRORS = {
     ("fretting", "loop", "-o", "x.jpg"): "x.jpg: the name of a picture of kind loop must end in .png or .pdf or .svg",
     ("fretting", "loop", "-o", "x"): "x: the name of a picture of kind loop must end in .png or .pdf or .svg",
@@ -124,12 +116,3 @@ def test_letters_that_the_font_lacks_are_no_warning(result_folder: Path, tmp_pat
     assert (code, output, messages) == (0, f"{tmp_path}/case.loop.png\n", "")
     with Image.open(tmp_path / "case.loop.png") as picture:
         picture.verify()
-
-
-def test_a_folder_for_several_pictures_is_made(result_folder: Path, tmp_path: Path) -> None:
-    result = result_folder / "fretting.h5"
-    made = tmp_path / "with.dots" / "pictures"
-    done = invoke("plot", result, "loop", "convergence", "-o", made)
-    assert (done.exit_code, len(list(made.iterdir()))) == (0, 2)
-    done = invoke("plot", result, "loop", "-o", f"{tmp_path / 'v1.0'}/")
-    assert [path.name for path in (tmp_path / "v1.0").iterdir()] == ["fretting.loop.png"]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import finish, invoke, python, refused, saved_steps
+from command_line import invoke, python, refused, saved_steps
 from small_cases import CASE, write_case
 
 from fretsolve import load_case, open_result
@@ -127,12 +127,6 @@ def test_sliding_keeps_the_certified_increments(tmp_path: Path) -> None:
         assert (found.status, found.increments) == ("failed", 4)
         assert found.attributes["failure"] == last
     assert invoke("show", out).exit_code == 0
-
-
-def test_failure_under_an_override_names_it(tmp_path: Path) -> None:
-    result = invoke("run", write_case(tmp_path), "-q", "--set", "load_path.1.Qx=50 N")
-    assert result.exit_code == 3
-    assert result.output.splitlines()[-1].startswith("--set load_path.1.Qx=50 N: stage.2.Qx: gross slip")
 
 
 def test_contact_at_the_grids_edge_advises_a_size(tmp_path: Path) -> None:
@@ -269,19 +263,6 @@ def test_show_prints_one_row_per_stage_or_per_increment(solved: tuple[Path, str,
     assert len(every) == len(shown) + 3
 
 
-def test_result_tells_the_model_and_why(solved: tuple[Path, str, str]) -> None:
-    with open_result(solved[0]) as result:
-        model = json.loads(result.attributes["model"])
-    assert [(part["part"], part["kept"]) for part in model] == [
-        ("normal problem", True),
-        ("tangential problem", True),
-        ("ux from qy, uy from qx", True),
-        ("between pressure and shear", False),
-        ("slip and dissipated energy", True),
-    ]
-    assert model[1]["reason"] == "the load path moves Qx"
-
-
 def test_resume_refuses_a_height_map_that_has_changed(tmp_path: Path) -> None:
     heights = np.add.outer(np.linspace(-1, 1, 40) ** 2, np.linspace(-1, 1, 40) ** 2) / 20
     np.save(tmp_path / "map.npy", heights)
@@ -360,9 +341,3 @@ def test_verbose_tells_stages_settings_and_all_of_the_history(tmp_path: Path) ->
 def test_one_way_of_telling_at_a_time(tmp_path: Path, words: tuple[str, ...]) -> None:
     assert "only one of -q, -v and --log-json is possible" in refused(2, "run", write_case(tmp_path), *words)
     assert not (tmp_path / "case.h5").exists()
-
-
-def test_no_colours_in_a_pipe(tmp_path: Path) -> None:
-    code, output, messages = finish("run", write_case(tmp_path))
-    assert code == 0
-    assert "\x1b" not in output + messages

@@ -57,12 +57,6 @@ def test_csv_has_all_digits_and_the_units_in_its_heading(out: Path) -> None:
     assert len(next(csv.reader(io.StringIO(shown(out, "--csv"))))) == len(result.history)
 
 
-def test_named_columns_alone_are_in_the_table(out: Path) -> None:
-    lines = shown(out, "--columns", "Qx,work_total").splitlines()
-    heading = next(line for line in lines if line.startswith("step"))
-    assert heading.split() == ["step", "stage", "Qx", "total"]
-
-
 def test_mistakes(out: Path) -> None:
     assert "'qx' is not a column of the history; did you mean 'Qx'?" in shown(out, "--columns", "qx", code=2)
     assert "energy_ratio is a column of the cycles" in shown(out, "--columns", "Qx,energy_ratio", code=2)

@@ -133,28 +133,6 @@ def test_what_a_result_may_lack(tmp_path: Path) -> None:
     assert (done.exit_code, "largest von Mises" in done.stdout) == (0, True), done.stderr
 
 
-def test_volumes_for_paraview(folder: Path, tmp_path: Path) -> None:
-    pyvista = pytest.importorskip("pyvista")
-    out = tmp_path / "s.h5"
-    words = ("--body", 1, "--body", 2, "--depth", "10 um", "--depth", "50 um", "--step", 2, "-o", out, "-q")
-    assert invoke("stress", folder / "case.h5", *words).exit_code == 0
-    done = invoke("export", out, "--to", "vtk")
-    assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 's.pvd'}\n"), done.stderr
-    assert "can be exported to vtk, not to csv" in refused(2, "export", out, "--to", "csv")
-    with h5py.File(out) as file:
-        for body, heights in ((1, [0.01, 0.05]), (2, [-0.05, -0.01])):
-            grid = pyvista.read(tmp_path / "s.vtk" / f"stress_body_{body}.000002.vtr")
-            np.testing.assert_allclose(grid.z, heights, rtol=1e-6)
-            group = file[f"stress/body_{body}"]
-            i, j = 3, 5
-            for place, depth in enumerate(group["depth"][:]):
-                k = heights.index(pytest.approx(depth if body == 1 else -depth))
-                index = i + len(group["x"]) * (j + len(group["y"]) * k)
-                assert grid.points[index, 0] == pytest.approx(group["x"][i], rel=1e-6)
-                assert grid["xx"][index] == pytest.approx(group["xx"][0, place, i, j], rel=1e-6)
-            assert grid["von_mises"].min() >= 0.0
-
-
 def test_pictures(folder: Path, tmp_path: Path) -> None:
     done = invoke("plot", folder / "case.h5", "stress-map", "stress-cycle", "-o", f"{tmp_path}/")
     assert done.exit_code == 0, done.stderr

@@ -10,8 +10,7 @@ import fretsolve.contact.increment.staggered_iteration
 from fretsolve import run
 from fretsolve.contact.solvers.coupled_equations import gmres
 from fretsolve.contact.solvers.coupled_newton import CoupledNewton
-from fretsolve.contact.solvers.limit_load import load_factor
-from fretsolve.contact.solvers.rigid_modes import TangentialModes
+from fretsolve.contact.solvers.rigid_modes import TangentialModes, load_factor
 from fretsolve.errors import NotConvergedError
 from fretsolve.problem.model.load_control import LoadControl
 
@@ -24,7 +23,7 @@ def solve_at_once(monkeypatch, **parts):
     return list(run(build(**parts)))
 
 
-@pytest.mark.parametrize("size", [1, 5, 40])
+@pytest.mark.parametrize("size", [1, 40])
 def test_gmres(size):
     random = np.random.default_rng(size)
     matrix = np.eye(size) + 0.3 * random.standard_normal((size, size)) / np.sqrt(size)
@@ -53,7 +52,7 @@ def test_strong_friction_needs_it(monkeypatch):
     parts = {
         "bodies": RIGID,
         "friction": 10.0,
-        "grid": {"points": 24, "size": 3.0},
+        "grid": {"points": 32, "size": 3.0},
         "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": 1.0, "increments": 1}],
     }
     last = list(run(build(**parts)))[-1]
@@ -64,14 +63,13 @@ def test_strong_friction_needs_it(monkeypatch):
         list(run(build(**parts)))
 
 
-@pytest.mark.parametrize("motion", [1e-4, 1e-5])
-def test_small_motions_in_single_precision(monkeypatch, motion):
+def test_small_motions_in_single_precision(monkeypatch):
     """Slips of 1e-3 of the elastic displacements, which the difference of two of them would lose."""
     parts = {
         "bodies": RIGID,
         "friction": 0.2,
         "grid": {"points": 24, "size": 0.8},
-        "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": motion, "increments": 2}],
+        "load_path": [{"P": LOAD, "increments": 2}, {"delta_x": 1e-5, "increments": 2}],
     }
     exact = list(run(build(**parts)))[-1].summary
     found = solve_at_once(monkeypatch, **parts, solver={"precision": "single", "tolerance": 1e-5})[-1].summary

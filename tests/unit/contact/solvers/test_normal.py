@@ -42,12 +42,6 @@ def assert_complementary(result, pressure, gap):
     assert np.abs(gap[pressure > 0.0]).max(initial=0.0) <= (1.0 + SHARE) * TOLERANCE * result.scale
 
 
-def test_force():
-    result, pressure, gap = solve()
-    assert_complementary(result, pressure, gap)
-    assert pressure.sum() * GRID.cell_area == pytest.approx(400.0, rel=1e-7)
-
-
 @pytest.mark.parametrize("seed", range(3))
 def test_any_start_leads_to_the_one_solution(seed):
     """A convex program: random cells pressed at random, or far too hard, make no difference."""
@@ -57,41 +51,6 @@ def test_any_start_leads_to_the_one_solution(seed):
     result, pressure, gap = solve(pressure=start)
     assert_complementary(result, pressure, gap)
     np.testing.assert_allclose(pressure, exact, atol=1e-4 * exact.max())
-
-
-def test_a_solution_is_left_as_it_is():
-    result, pressure, _ = solve(tolerance=1e-9)
-    again, same, _ = solve(pressure=pressure, rigid=result.rigid)
-    assert again.iterations == 0
-    np.testing.assert_allclose(same, pressure, rtol=1e-9)
-
-
-def test_displacement():
-    """The approach that a force gives, imposed, gives the force back."""
-    forced, pressure, _ = solve()
-    moved = LoadControl((False, False, False), (float(forced.rigid[0]), 0.0, 0.0))
-    result, same, gap = solve(control=moved)
-    assert_complementary(result, same, gap)
-    np.testing.assert_allclose(same, pressure, atol=1e-5 * pressure.max())
-
-
-def test_moments():
-    control = LoadControl((True, True, True), (400.0, -16.0, 20.0))
-    result, pressure, gap = solve(control=control)
-    assert_complementary(result, pressure, gap)
-    p, mx, my = solver().modes.resultants(pressure)
-    assert (p, mx, my) == pytest.approx((400.0, -16.0, 20.0), rel=1e-6)
-    assert result.rigid[1] == pytest.approx(-0.04 / 10.0, rel=0.01)
-    assert result.rigid[2] == pytest.approx(0.05 / 10.0, rel=0.01)
-
-
-def test_imposed_tilt():
-    control = LoadControl((True, False, False), (400.0, 0.0, 0.004))
-    result, pressure, gap = solve(control=control)
-    assert_complementary(result, pressure, gap)
-    assert result.rigid[2] == 0.004
-    _, _, my = solver().modes.resultants(pressure)
-    assert my / 400.0 == pytest.approx(0.04, rel=0.02)
 
 
 def test_where_there_is_no_material_nothing_presses():
@@ -104,37 +63,12 @@ def test_where_there_is_no_material_nothing_presses():
     assert gap[solid].min() >= -TOLERANCE * result.scale
 
 
-def test_nothing_pressed():
-    """At P = 0 the surfaces just touch; apart they do not."""
-    control = LoadControl((True, False, False), (0.0, 0.0, 0.0))
-    result, pressure, gap = solve(control=control, pressure=np.ones(GRID.shape))
-    assert result.converged
-    assert not pressure.any()
-    assert gap.min() == pytest.approx(0.0, abs=1e-15)
-    apart, pressure, gap = solve(control=LoadControl((False, False, False), (-1e-3, 0.0, 0.0)))
-    assert apart.converged
-    assert not pressure.any()
-    assert gap.min() >= 1e-3
-
-
-def test_rough_surface():
-    rough = SPHERE + 2e-4 * np.random.default_rng(1).random(GRID.shape)
-    assert_complementary(*solve(separation=rough))
-
-
 def test_single_cell():
     deep = np.full(GRID.shape, 1.0)
     deep[4, 5] = 0.0
     result, pressure, gap = solve(separation=deep)
     assert_complementary(result, pressure, gap)
     assert np.flatnonzero(pressure).tolist() == [4 * 22 + 5]
-
-
-def test_too_few_iterations_are_reported():
-    result, _, _ = solve(most=1)
-    assert not result.converged
-    assert result.residual > TOLERANCE
-    assert result.iterations <= 1
 
 
 def test_preconditioned_iterations_are_few():

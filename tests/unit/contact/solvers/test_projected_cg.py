@@ -33,7 +33,7 @@ def dense(components):
     return np.array(columns).T
 
 
-@pytest.mark.parametrize("forced", [[], [0], [0, 1, 2]])
+@pytest.mark.parametrize("forced", [[], [0, 1, 2]])
 def test_normal_solution_is_that_of_the_dense_system(forced):
     modes, contact = NormalModes(GRID), zone()
     cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
@@ -50,7 +50,7 @@ def test_normal_solution_is_that_of_the_dense_system(forced):
     assert 1 < iterations < 20
 
 
-@pytest.mark.parametrize("forced", [[], [0], [0, 1, 2]])
+@pytest.mark.parametrize("forced", [[], [0, 1, 2]])
 def test_tangential_solution_is_that_of_the_dense_system(forced):
     """Slip in a ring, with directions and stiffnesses over ten decades."""
     random, modes, contact = np.random.default_rng(1), TangentialModes(GRID), zone()
@@ -100,36 +100,3 @@ def tangent_basis(contact, normal):
             column[cell], column[cells + cell] = x, y
             columns.append(column)
     return np.array(columns).T
-
-
-def test_one_cell_resists_no_rotation():
-    """The constraints of a single cell are one: of their Gram matrix one direction is inverted; nothing can move."""
-    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
-    cg.zone[3, 4] = cg.weight[3, 4] = cg.residual[0, 3, 4] = 1
-    cg.constrain(np.eye(3), GRID.x, GRID.y)
-    assert np.linalg.matrix_rank(cg._inverse_gram, tol=1e-3) == 1
-    assert cg.solve(*INNER_NORMAL, 0.1, 0.0, 10) <= 10
-    np.testing.assert_allclose(cg.solution, 0.0, atol=1e-5)
-
-
-def test_two_solvers_share_a_workspace():
-    workspace = Workspace(2, GRID.shape, np.float32)
-    vector, sharing = ProjectedCG(workspace), ProjectedCG(workspace, components=1)
-    assert np.shares_memory(sharing.solution, vector.solution)
-    assert not np.shares_memory(sharing.zone, vector.zone)
-    own = ProjectedCG(Workspace(1, GRID.shape, np.float32))
-    residual = np.random.default_rng(0).normal(size=(1, *GRID.shape))
-    for cg in (sharing, own):
-        cg.zone[:] = cg.weight[:] = zone()
-        cg.residual[:] = residual
-        cg.constrain(np.zeros((0, 3)), GRID.x, GRID.y)
-        cg.solve(*INNER_NORMAL, 0.01, 0.0, 30)
-    np.testing.assert_array_equal(sharing.solution, own.solution)
-
-
-def test_the_limit_of_iterations_holds():
-    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
-    cg.zone[:] = cg.weight[:] = zone()
-    cg.residual[:] = np.random.default_rng(0).normal(size=(1, *GRID.shape))
-    cg.constrain(np.zeros((0, 3)), GRID.x, GRID.y)
-    assert cg.solve(*INNER_NORMAL, 1e-6, 0.0, 3) == 3

@@ -93,39 +93,6 @@ def test_any_start_leads_to_the_one_solution(seed):
     np.testing.assert_allclose(shear, exact, atol=1e-4 * LIMIT.max())
 
 
-def test_full_stick_is_linear():
-    """If the limit is out of reach, twice the load gives twice the shear."""
-    high = np.where(LIMIT > 0.0, 1e9, 0.0)
-    _, once, slip, one = solve(forces(qx=10.0, mz=0.5), limit=high)
-    _, twice, _, _ = solve(forces(qx=20.0, mz=1.0), limit=high)
-    assert not one.slipping.any()
-    np.testing.assert_allclose(twice, 2.0 * once, atol=1e-5 * np.abs(twice).max())
-    assert np.hypot(*slip).max() < 1e-10
-
-
-def test_prestrain_is_relaxed_by_slip():
-    known = 1e-3 * np.stack(np.broadcast_arrays(GRID.x[:, None], GRID.y[None, :]))
-    result, shear, slip, one = solve(forces(), known=known, motion=1e-3)
-    assert_coulomb(result, shear, slip, one)
-    outward = shear[0] * GRID.x[:, None] + shear[1] * GRID.y[None, :]
-    assert outward.min() >= -1e-6
-    assert np.abs(TangentialModes(GRID).resultants(shear)).max() < 1e-5 * CARRIED
-
-
-def test_everything_slides():
-    result, shear, slip, one = solve(LoadControl((False, False, False), (0.1, 0.05, 0.0)))
-    assert_coulomb(result, shear, slip, one)
-    assert np.hypot(*shear)[LIMIT > 0.0] == pytest.approx(LIMIT[LIMIT > 0.0], rel=1e-9)
-    assert (one.slipping == (LIMIT > 0.0)).all()
-
-
-def test_nothing_in_contact():
-    result, shear, _, one = solve(LoadControl((False, False, False), (1e-3, 0.0, 0.0)), limit=np.zeros(GRID.shape))
-    assert result.converged
-    assert not shear.any()
-    assert not one.slipping.any()
-
-
 def test_a_single_cell():
     limit = np.zeros(GRID.shape)
     limit[3, 4] = 100.0
@@ -133,28 +100,3 @@ def test_a_single_cell():
     assert result.converged
     assert shear[0, 3, 4] == pytest.approx(50.0)
     assert np.count_nonzero(shear) <= 2
-
-
-def test_reversal():
-    """Back from a shear force: what slipped one way sticks, then slips the other way from the edge."""
-    _, shear, _, one = solve(LOADS[0])
-    known = np.empty_like(shear)
-    one.operator.tangential(shear, known)
-    result, back, slip, one = solve(forces(qx=0.3 * CARRIED), known=known, shear=shear, one=one)
-    assert_coulomb(result, back, slip, one)
-    assert result.rigid[0] < 0.0
-    assert np.count_nonzero(one.slipping) < 0.8 * np.count_nonzero(LIMIT)
-
-
-def test_without_cross_influence():
-    control = LoadControl((True, True, False), (0.9 * CARRIED, 0.0, 0.0))
-    result, shear, _, one = solve(control, one=solver(Terms(True, False, False)))
-    assert result.converged
-    assert not shear[1].any()
-    assert one.slipping.any()
-
-
-def test_too_few_iterations_are_reported():
-    result, _, _, _ = solve(LOADS[0], most=1)
-    assert not result.converged
-    assert result.residual > TOLERANCE

@@ -11,16 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fretsolve.contact.kernels.contact_kernels import GridKernels, kernels_on
-from fretsolve.elastic.kernels import load, parts
+import fretsolve
+from fretsolve.contact.kernels import GridKernels, kernels_on
 
 pytest.importorskip("numba")
 
+from fretsolve.elastic import thread_team
 from fretsolve.elastic.thread_team import ThreadTeam
 
 FORMS = ["numpy", "numpy in parts", "compiled", "compiled in parts"]
-SPECTRAL = [load(compiled).spectral for compiled in (False, True)]
-SHAPES = [(1, 1), (7, 5), (40, 33)]
+SHAPES = [(1, 1), (40, 33)]
 CG = ["constrain", "start", "search", "step", "add", "largest", "normalise"]
 NORMAL = ["sum_gaps", "take_gap", "largest_change", "gram", "sum_modes", "stretch"]
 FRICTION = ["take_slip", "move", "gram", "balance", "add_motion", "sum_motions", "violation", "scale_tangential"]
@@ -29,7 +29,7 @@ FRICTION += ["return_map", "excess"]
 
 @pytest.fixture(autouse=True)
 def many_parts(monkeypatch):
-    monkeypatch.setattr(parts, "PART_CELLS", 20)
+    monkeypatch.setattr(thread_team, "PART_CELLS", 20)
 
 
 def kernels(form: str, shape, threads: int = 2) -> GridKernels:
@@ -166,66 +166,6 @@ def test_a_nan_of_the_gap_is_not_lost(form, touches):
     assert np.isnan(errors[0] if touches else errors[1])
 
 
-@pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
-@pytest.mark.parametrize("rows", [1, 2, 7])
-@pytest.mark.parametrize("length", [1, 6, 9])
-def test_two_real_rows_are_transformed_as_one(module, rows, length):
-    random, pairs = np.random.default_rng(4), (rows + 1) // 2
-    field = random.normal(size=(rows, max(1, length // 2)))
-    expected = np.fft.rfft(field, length, axis=1)
-    # The spectrum's contents do not matter: inf in them would raise a warning.
-    lines, spectrum = np.full((pairs, length), np.nan, complex), np.full_like(expected, np.inf)
-    module.join_rows(field[:pairs], field[pairs:], lines)
-    module.split_spectra(np.fft.fft(lines, axis=1), spectrum[:pairs], spectrum[pairs:])
-    np.testing.assert_allclose(spectrum, expected, atol=1e-14)
-
-    noise = random.normal(size=rows)  # of wave number 0 only the real part counts
-    expected[:, 0] += 1j * noise
-    module.join_spectra(expected[:pairs], expected[pairs:], lines)
-    found = np.full_like(field, np.nan)
-    module.split_rows(np.fft.ifft(lines, axis=1), found[:pairs], found[pairs:])
-    np.testing.assert_allclose(found, field, atol=1e-14)
-
-
-@pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
-@pytest.mark.parametrize("shape", [(1, 1), (8, 16), (13, 21), (20, 5)])
-@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
-def test_columns_become_lines_and_come_back(module, shape, dtype):
-    random = np.random.default_rng(3)
-    whole = (random.normal(size=shape) + 1j * random.normal(size=shape)).astype(dtype)
-    spectrum = whole[:, shape[1] // 3 :]  # a part of the columns of a larger array
-    lines = np.full((spectrum.shape[1], shape[0] + 3), np.nan, dtype)
-    module.take_columns(spectrum, lines)
-    assert np.array_equal(lines[:, : shape[0]], spectrum.T)
-    assert not lines[:, shape[0] :].any()
-    before = whole.copy()
-    lines *= 2.0
-    module.give_columns(lines, spectrum)
-    assert np.array_equal(spectrum, 2.0 * before[:, shape[1] // 3 :])
-    assert np.array_equal(whole[:, : shape[1] // 3], before[:, : shape[1] // 3])
-
-
-@pytest.mark.parametrize("length", [4, 10])
-@pytest.mark.parametrize("module", SPECTRAL, ids=["numpy", "numba"])
-def test_product_of_all_spectra(module, length):
-    """That of a symmetric matrix per wave vector, mirrored and odd."""
-    random, half = np.random.default_rng(2), length // 2 + 1
-    zz, xx, yy, zx, zy, xy = (random.normal(size=(3, half)) for _ in range(6))
-    odd = (True, False, True)
-    fields = tuple(random.normal(size=(3, length)) + 1j * random.normal(size=(3, length)) for _ in range(3))
-
-    def whole(kernel, is_odd=False):
-        mirrored = (-1.0 if is_odd else 1.0) * kernel[:, length - half : 0 : -1]
-        return np.concatenate([kernel, mirrored], axis=1)
-
-    links = [whole(kernel, is_odd) for kernel, is_odd in zip((zx, zy, xy), odd, strict=True)]
-    matrix = [[whole(zz), links[0], links[1]], [links[0], whole(xx), links[2]], [links[1], links[2], whole(yy)]]
-    expected = np.einsum("abij,bij->aij", np.array(matrix), np.array(fields))
-    kernels = ((zz, zx, zy), (zx, xx, xy), (zy, xy, yy))
-    module.multiply_symmetric(kernels, ((False, True, False), (True, False, True), (False, True, False)), fields)
-    np.testing.assert_allclose(fields, expected, rtol=1e-13)
-
-
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("slips", [False, True])
 def test_a_nan_of_the_slip_is_not_lost(form, slips):
@@ -278,7 +218,7 @@ print(load(setup.compiled).compiled, last.iterations_tangential, repr(last.delta
 
 
 def solve_in_a_process(**environment):
-    root = Path(__file__).parents[3]
+    root = Path(fretsolve.__file__).parents[1]
     child = subprocess.run(
         [sys.executable, "-c", SOLVE],
         cwd=root,
@@ -294,7 +234,7 @@ def solve_in_a_process(**environment):
 def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     """Also with a numba that is there and refuses to work: as if it were not there."""
     (tmp_path / "numba.py").write_text("raise ImportError('Numba needs another NumPy')\n")
-    root = Path(__file__).parents[3]
+    root = Path(fretsolve.__file__).parents[1]
     compiled = solve_in_a_process(FRETSOLVE_NUMBA="1")
     plain = solve_in_a_process(FRETSOLVE_NUMBA="0")
     refused = solve_in_a_process(FRETSOLVE_NUMBA="1", PYTHONPATH=f"{tmp_path}{os.pathsep}{root}")
@@ -303,21 +243,3 @@ def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     assert refused == switched_off == plain
     assert abs(compiled[1] - plain[1]) <= 2
     np.testing.assert_allclose(compiled[2], plain[2], rtol=1e-6)
-
-
-def test_clock_of_what_is_read_from_disk(tmp_path):
-    code = """if True:
-        import numpy as np
-        from fretsolve.elastic.kernels import compile_seconds, readying_seconds
-        from fretsolve.contact.kernels.contact_kernels import kernels_on
-        kernels_on((2, 2), True).cg.add(np.ones((1, 2, 2)), np.ones((1, 2, 2)), 1.0)
-        print(compile_seconds(), readying_seconds())"""
-    own = {"PYTHONPATH": str(Path(__file__).parents[3]), "NUMBA_CACHE_DIR": str(tmp_path), "FRETSOLVE_NUMBA": "1"}
-    environment = os.environ | own
-    line = [sys.executable, "-c", code]
-    first, second = (
-        [float(word) for word in subprocess.run(line, env=environment, capture_output=True, check=True).stdout.split()]
-        for _ in range(2)
-    )
-    assert 0.0 < first[0] <= first[1]
-    assert second[0] == 0.0 < second[1]

@@ -33,15 +33,15 @@ def taken_from_disk() -> bool:
     return sum(compiled.stats.cache_hits.values()) == 1
 
 
-def spoil(path: Path, how: str, seed: int) -> None:
+def spoil(path: Path, how: str) -> None:
     content = bytearray(path.read_bytes())
     path.unlink()
     match how:
         case "bit":
-            content[random.Random(seed).randrange(len(content))] ^= 4
+            content[random.Random(1).randrange(len(content))] ^= 4
             path.write_bytes(content)
         case "cut":
-            path.write_bytes(content[: seed * len(content) // 10])
+            path.write_bytes(content[: len(content) // 10])
         case "pipe":
             os.mkfifo(path)
         case "folder":
@@ -50,12 +50,11 @@ def spoil(path: Path, how: str, seed: int) -> None:
 
 @pytest.mark.parametrize("how", ["bit", "cut", "pipe", "folder", "gone"])
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
-@pytest.mark.parametrize("seed", range(3))
-def test_damage_costs_a_compilation(folder: Path, ending: str, how: str, seed: int) -> None:
+def test_damage_costs_a_compilation(folder: Path, ending: str, how: str) -> None:
     assert not taken_from_disk()
     assert taken_from_disk()
     (path,) = folder.rglob(f"*.{ending}")
-    spoil(path, how, seed)
+    spoil(path, how)
     assert not taken_from_disk()
     assert taken_from_disk() is (how != "folder")  # which cannot be replaced
 

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from fretsolve.contact.kernels import cg
 from fretsolve.elastic.kernels import compiling
 
 pytest.importorskip("numba")
 
-FOLDER = Path(compiling.__file__).parent
+MODULES = sorted(path for one in (compiling, cg) for path in Path(one.__file__).parent.glob("*.py"))
 
 CALLS = """
 import sys
@@ -55,7 +56,7 @@ def decorator(function: ast.FunctionDef) -> str:
     return "".join(one.id for one in function.decorator_list if isinstance(one, ast.Name))
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)
 def test_what_kernels_call_is_put_into_them(path: Path) -> None:
     functions = {one.name: one for one in ast.parse(path.read_text()).body if isinstance(one, ast.FunctionDef)}
     kernels = [one for one in functions.values() if decorator(one) in MARKS]

@@ -115,18 +115,6 @@ def test_surfaces_touch_where_there_is_pressure(solved: Path) -> None:
             np.testing.assert_allclose(lower.points[0], flat + lower.displacement[0])
 
 
-def test_surfaces_slip_as_much_as_the_result_says(tmp_path: Path) -> None:
-    text = CASE.replace("increments: 3", "increments: 1").replace("every: 2", "every: 1")
-    with open_result(solve(tmp_path, text, "complete")) as result:
-        surfaces = DeformedSurfaces(result)
-        first, second = (surfaces.at(step) for step in (0, 1))
-        apart = [upper.displacement[:2] - lower.displacement[:2] for upper, lower in (first, second)]
-        slipped = np.array(result.field("slip", 1)) - result.field("slip", 0)
-        contact = np.logical_and.reduce([result.field("pressure", step) > 0.0 for step in (0, 1)])
-        moved = apart[1] - apart[0]
-        np.testing.assert_allclose(moved[:, contact], slipped[:, contact], atol=1e-6 * np.abs(moved).max())
-
-
 @pytest.fixture
 def paraview() -> Any:
     """ParaView's library, read by pyvista (extra ``test-paraview``)."""

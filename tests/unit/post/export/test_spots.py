@@ -12,7 +12,6 @@ from small_cases import write_case
 
 from fretsolve import open_result
 from fretsolve.case.history import FEWEST_SPOT_CELLS
-from fretsolve.contact.zones.area_contact import spot_counts
 from fretsolve.post.export.remarks import may_have_spots, spot_warnings, spots_of
 
 CASE = """bodies: [rigid, {young_modulus: 200 GPa, poisson_ratio: 0}]
@@ -66,13 +65,6 @@ def test_report_has_a_table_and_says_which_are_small(out: Path) -> None:
     assert "fewer than" not in line
 
 
-def test_a_sphere_is_not_looked_at(tmp_path: Path) -> None:
-    case = CASE.replace("heights: {file: bumps.npy, spacing: 0.025 mm}", "sphere: {radius: 10 mm}")
-    with open_result(result_of(write_case(tmp_path, case))) as result:
-        assert not may_have_spots(result)
-        assert not {"spots", "small_spots"} & set(result.history)
-
-
 def test_the_history_counts_them(out: Path) -> None:
     with open_result(out) as result:
         found = [spots_of(result, step) for step in result.steps]
@@ -107,14 +99,6 @@ def test_a_warning_tells_of_spots_of_few_cells_in_the_largest_contact() -> None:
         "grid.points: 1 of 3 spots in the largest contact (increment 1) has fewer than 10 cells, so that sizes and"
         " loads are rough there"
     ]
-
-
-def test_spots_touch_at_sides_or_corners() -> None:
-    pressure = np.zeros((12, 12))
-    pressure[1, 1] = pressure[2, 2] = 1.0
-    pressure[5:9, 5:9] = 2.0
-    assert spot_counts(pressure) == {"spots": 2, "small_spots": 1}
-    assert spot_counts(np.zeros((3, 3))) == {"spots": 0, "small_spots": 0}
 
 
 def test_a_run_of_several_surfaces_warns(tmp_path: Path) -> None:

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fake_states import fake_header, fake_states, write_fake
-from rich.console import Console
+from fake_states import fake_header, fake_states
 
-from fretsolve.post.export.selection import relevant_columns, unit_for_people
-from fretsolve.post.export.text_report import history_tables, print_report
+from fretsolve.post.export.selection import relevant_columns
+from fretsolve.post.export.text_report import print_report
 from fretsolve.result import HistoryWriter, Result, open_result
 
 
@@ -44,11 +43,6 @@ def test_one_row_per_stage_end_with_units_and_totals(tmp_path: Path) -> None:
     assert lines[-2].startswith("worst residual 3.0e-07 (residual_stick of increment 0), dissipated energy ")
     assert lines[-1] == "28 operator applications, 1.75 s of wall time"
     assert max(map(len, lines)) <= 100
-
-
-def test_every_increment(tmp_path: Path) -> None:
-    lines = printed(made_up(tmp_path), every_increment=True)
-    assert [line.split()[0] for line in lines[8:-2]] == list("0123456")
 
 
 def test_error_bars_at_rounding_are_none(tmp_path: Path) -> None:
@@ -91,18 +85,6 @@ def test_extents_are_shown_for_zones_that_are_no_circles_about_the_origin(tmp_pa
     assert columns & set(relevant_columns(result)) == {"contact_half_width_x", "contact_half_width_y"}
 
 
-def test_extents_of_a_few_cells_do_not_count(tmp_path: Path) -> None:
-    """Four cells at first touch are no circle, however round the contact is."""
-    result = made_up(tmp_path)
-    wide = result.history["contact_half_width_x"].copy()
-    wide[0] *= 1.5
-    cells = np.array([4, *[200] * 6])
-    result.history = {**result.history, "contact_half_width_x": wide, "contact_cells": cells}
-    assert "contact_half_width_x" not in relevant_columns(result)
-    result.history["contact_cells"] = np.full(7, 4)  # a contact that never has more
-    assert "contact_half_width_x" in relevant_columns(result)
-
-
 def test_wide_history_is_split_and_no_number_cut(tmp_path: Path) -> None:
     names = ("Mx", "My", "Qy", "Mz", "delta_y", "phi_x", "phi_y", "phi_z")
     lines = printed(made_up(tmp_path, **dict.fromkeys(names, -1.2345678e-4)))
@@ -124,37 +106,9 @@ def test_result_without_increments(tmp_path: Path) -> None:
     assert len(lines) == 3
 
 
-def test_tables_are_as_few_as_possible_and_alike_in_width(tmp_path: Path) -> None:
-    result = made_up(tmp_path, Mx=1.0, Mz=2.0)
-    for width in (60, 75, 100, 120):
-        widths = []
-        for table in history_tables(result, width=width):
-            text = io.StringIO()
-            Console(file=text, width=200).print(table)
-            widths.append(max(len(line.rstrip()) for line in text.getvalue().splitlines()))
-        assert max(widths) <= width
-        total = sum(widths)
-        assert len(widths) <= -(-total // (width - 12)) + 1
-        assert min(widths) >= 0.6 * max(widths)
-
-
-def test_grid_of_one_cell(tmp_path: Path) -> None:
-    with open_result(write_fake(tmp_path / "one.h5", count=1, shape=(1, 5))) as result:
-        assert "grid 1 x 5 cells, fretsolve" in printed(result)[2]
-
-
 def test_it_says_where_p_acts_if_the_pressure_has_a_moment(tmp_path: Path) -> None:
     """A contact that may not tilt takes up My; the point of P shows it."""
     assert not [line for line in printed(made_up(tmp_path)) if "P acts at" in line]
     result = made_up(tmp_path, P=400.0, My=2.0)
     (line,) = [line for line in printed(result) if "P acts at" in line]
     assert line == "at the end P acts at x = My/P = 5 um; My > 0 is more pressure at x > 0"
-
-
-def test_error_bars_and_corrected_values_have_the_unit_of_their_value(tmp_path: Path) -> None:
-    result = made_up(tmp_path, delta_x=2e-4)
-    others = ("delta_x_error", "delta_x_corrected", "delta_x_corrected_error")
-    result.history = {**result.history, **dict.fromkeys(others, 0.1 * result.history["delta_x"])}
-    result.units = lambda name: "mm"  # type: ignore[method-assign]
-    assert [unit_for_people(result, name) for name in ("delta_x", *others)] == 4 * [("um", 1e3)]
-    assert unit_for_people(result, "contact_radius") == ("mm", 1.0)

@@ -12,7 +12,7 @@ import pytest
 from command_line import invoke, result_of
 from small_cases import LOOP, write_case
 
-from fretsolve.post.export.vtk import VOLUME_NAME, write_volumes
+from fretsolve.post.export.vtk import write_volumes
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.system.arrays import DoubleArray
 
@@ -64,9 +64,3 @@ def test_values_lie_at_their_places(stresses: Path, tmp_path: Path) -> None:
             np.testing.assert_allclose(found["von_mises"], np.sqrt(squares), rtol=1e-4)
             largest = np.linalg.eigvalsh(np.moveaxis([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], -1, 0))[:, -1]
             np.testing.assert_allclose(found["first_principal"], largest, atol=1e-3)
-
-
-def test_names_of_volumes() -> None:
-    assert VOLUME_NAME.fullmatch("stress_body_1.000003.vtr")
-    assert VOLUME_NAME.fullmatch("stress_body_1.1234567.vtr.0123456789abcdef.tmp")
-    assert not VOLUME_NAME.fullmatch("body_1.000003.vts")

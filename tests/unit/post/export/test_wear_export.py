@@ -11,23 +11,21 @@ import h5py
 import numpy as np
 import pytest
 from command_line import invoke, refused, result_of
-from line_cases import LINE
 from small_cases import CASE, WORN, write_case
-from solving import build
 
 from fretsolve.case.loading import load_case
 from fretsolve.post.export.deformed_surfaces import DeformedSurfaces
 from fretsolve.post.export.remarks import rows_of_wear, wear_totals
 from fretsolve.post.export.selection import rows_of_stick_zones
 from fretsolve.post.export.tables import require_wear, write_heights
-from fretsolve.post.stress.tractions import cycle_ends, cycle_stages, last_cycle
-from fretsolve.problem.setup.wear_warnings import error_by_grid, warning_of_slip
+from fretsolve.post.stress.tractions import last_cycle
+from fretsolve.problem.setup.wear_warnings import error_by_grid
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.simulation.problem_setup import set_up
 
 ALPHA = 1e-7
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 
 
 @pytest.fixture
@@ -156,40 +154,6 @@ def test_stresses_are_those_of_the_worn_contact(worn: Path, tmp_path: Path) -> N
         assert result.history["max_pressure"][-1] > 1.001 * result.history["max_pressure"][0]
 
 
-def test_fatigue_takes_the_last_solved_cycle(worn: Path, result: Result, tmp_path: Path) -> None:
-    steps = last_cycle(result)
-    changed = int(np.flatnonzero(result.history["jump"] > 0.0)[-1])
-    assert steps == tuple(range(changed, result.increments))
-    assert cycle_ends(result) == steps
-    mine = _findley(worn, tmp_path / "worn.fatigue.h5")
-    # another case presses and shears the worn surfaces anew; the unworn ones are loaded more at their edge
-    heights = tmp_path / "worn.heights.hdf5"
-    assert invoke("export", worn, "--to", "heights", "-o", heights).exit_code == 0
-    size = 24.0 * float(np.diff(result.x).mean())
-    head = CASE.partition("load_path:")[0].replace("points: 16", f"points: 24, size: {size!r}")
-    unworn = head + (
-        "load_path: [{P: 400 N}, {Qx: 36 N, increments: 1},"
-        " {cycle: {times: 1, stages: [{Qx: -36 N, increments: 1}, {Qx: 36 N, increments: 1}]}}]\n"
-    )
-    anew = unworn.replace("{sphere: {radius: 10 mm}}", "{heights: {file: worn.heights.hdf5, dataset: separation}}")
-    others = []
-    for name, text in {"anew": anew, "unworn": unworn}.items():
-        path = write_case(tmp_path, text, f"{name}.yaml")
-        assert invoke("run", path, "-q").exit_code == 0
-        others.append(_findley(path.with_suffix(".h5"), tmp_path / f"{name}.fatigue.h5"))
-    assert mine == pytest.approx(others[0], rel=1e-3)
-    assert mine < 0.96 * others[1]
-
-
-def _findley(result: Path, out: Path) -> float:
-    """Return the largest Findley parameter in body 2."""
-    words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "-q")
-    done = invoke("fatigue", result, *words, "-o", out)
-    assert done.exit_code == 0, done.output
-    with h5py.File(out) as file:
-        return float(file["fatigue/body_2/findley"][()].max())
-
-
 def test_a_cycle_between_worn_surfaces_begins_with_its_end(worn: Path, result: Result, tmp_path: Path) -> None:
     """Not with the change of the surfaces, in which the cells that have just come into contact carry no shear."""
     words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "--body", 2)
@@ -198,19 +162,6 @@ def test_a_cycle_between_worn_surfaces_begins_with_its_end(worn: Path, result: R
     _, *inside = last_cycle(result)
     with h5py.File(tmp_path / "worn.fatigue.h5") as file:
         assert file["fatigue/body_2"].attrs["steps"].tolist() == [inside[-1], *inside]
-
-
-@pytest.mark.parametrize("amplitude", [False, True])
-def test_the_last_cycle_of_a_path(amplitude: bool) -> None:
-    """The change of the surfaces after it is none of its stages."""
-    repeated = {"amplitude": {"Qx": 20.0}} if amplitude else {"stages": [{"Qx": -20.0}, {"Qx": 20.0}]}
-    path = [{"P": 400.0}, {"Qx": 20.0}, {"cycle": {"represents": 100, "jump": 50, **repeated}}]
-    case = build(grid={"points": 16}, wear={"law": "energy", "alpha": 1e-7}, load_path=path)
-    before = 3 if amplitude else 2
-    assert cycle_stages(case, before + 1) is None
-    assert cycle_stages(case, before + 2) == (before, before + 2)
-    assert cycle_stages(case, before + 3) == (before, before + 2)
-    assert cycle_stages(case, before + 5) == (before + 3, before + 5)
 
 
 def test_heights_need_wear_and_its_depth(worn: Path, tmp_path: Path) -> None:
@@ -273,22 +224,6 @@ def test_long_slip_is_warned_of_once_whatever_the_surface(surface: str, told: st
     assert told in done.stderr
     short = path.read_text().replace("30 um", "15 um")
     assert "slips" not in invoke("run", write_case(tmp_path, short, "short.yaml"), "-q").stderr
-
-
-def test_slip_of_a_line_contact_is_that_of_its_energy(tmp_path: Path) -> None:
-    text = LINE.partition("load_path:")[0] + (
-        "wear: {law: energy, alpha: 1e-4 mm^3/J}\nload_path: [{P: 100 N/mm}, {Qx: 20 N/mm}, {cycle:"
-        " {represents: 10, stages: [{Qx: -20 N/mm}, {Qx: 20 N/mm}]}}]\n"
-    )
-    setup = set_up(load_case(write_case(tmp_path, text)))
-    history = {"stage": [1, 2, 3, 3, 4], "P": [100.0] * 5, "work": [0.0, 9.0, 0.3, 0.4, 0.5]}
-    history |= {"max_shear": [0.0, *[200.0] * 4], "contact_area": [0.3] * 5, "contact_radius": [0.15] * 5}
-    columns = {name: np.array(values) for name, values in history.items()}
-    # 0.7 mJ/mm over 30 N/mm; what is not of the cycle does not count
-    assert "half a cycle slips 0.0233 mm, 16 % of the contact radius" in str(warning_of_slip(setup, columns))
-    columns["work"] *= 0.5
-    assert warning_of_slip(setup, columns) is None
-    assert warning_of_slip(setup, {name: column[:0] for name, column in columns.items()}) is None
 
 
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -19,9 +17,7 @@ from PIL import Image
 from fretsolve.post import plots
 from fretsolve.post.plots import Sheet
 from fretsolve.post.plots.canvas import rendered
-from fretsolve.post.plots.snapshot import middle, shown_place
 from fretsolve.result import HistoryWriter, Result, open_result
-from fretsolve.system.arrays import DoubleArray
 
 
 def test_on_axes_of_the_user_and_without_touching_settings(results: dict[str, Result]) -> None:
@@ -36,8 +32,10 @@ def test_on_axes_of_the_user_and_without_touching_settings(results: dict[str, Re
     shown = plots.loop(results["torsion"])._repr_png_()
     assert shown.startswith(b"\x89PNG")
     assert dict(matplotlib.rcParams) == before
-    code = "import sys; from fretsolve import open_result, plots; plots.loop(open_result(sys.argv[1]))"
-    assert "matplotlib.pyplot" not in python(f"{code}; print(*sys.modules)", results["torsion"].path)
+    code = "import sys; from fretsolve import open_result as read; from fretsolve.post import plots"
+    assert "matplotlib.pyplot" not in python(
+        f"{code}; plots.loop(read(sys.argv[1])); print(*sys.modules)", results["torsion"].path
+    )
 
 
 def test_widths_of_a_journal_and_those_asked_for(results: dict[str, Result]) -> None:
@@ -73,25 +71,3 @@ def test_failed_and_growing_results(results: dict[str, Result], tmp_path: Path) 
                 image_of(panels(figure)[0]).compressed(), growing.field("pressure").T[growing.field("zone").T > 0]
             )
             assert len(panels(plots.loop(growing))) >= 1
-
-
-class TwoSpots:
-    """The fields of a snapshot with two spots away from the middle, the second with the larger pressure."""
-
-    def __init__(self) -> None:
-        x = y = np.linspace(-4.0, 4.0, 9)
-        self.pressure = np.zeros((9, 9))
-        self.pressure[1, 4], self.pressure[7, 4], self.pressure[7, 5] = 1.0, 2.0, 3.0
-        self.contact = self.pressure > 0.0
-        self.result = SimpleNamespace(x=x, y=y, fields=("pressure",))
-
-    def field(self, name: str) -> DoubleArray:
-        return self.pressure
-
-
-def test_place_that_is_shown_is_in_contact() -> None:
-    spots: Any = TwoSpots()
-    assert middle(spots) == (0.0, 0.0)
-    assert shown_place(spots) == (3.0, 1.0)
-    spots.contact[4, 4] = True
-    assert shown_place(spots) == (0.0, 0.0)

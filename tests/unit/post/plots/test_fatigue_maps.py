@@ -55,29 +55,6 @@ def test_a_body_is_chosen_and_its_depth_points_away_from_the_contact(solved, tmp
     assert message in refused(2, "plot", solved, "fatigue-map", "--body", 1, "-o", tmp_path / "a.png")
 
 
-def test_all_criteria_by_default(solved):
-    with open_result(solved) as result:
-        titles = [axes.get_title() for axes in fatigue_map(result).axes]
-    assert [title.split(" at ")[0] for title in titles if title] == [
-        "Findley",
-        "Findley",
-        "Smith-Watson-Topper",
-        "Smith-Watson-Topper",
-    ]
-
-
-def test_average_over_depth_has_no_section(solved, tmp_path):
-    target = solved.with_name("loop.fatigue.h5")
-    content = target.read_bytes()
-    words = ("--material", KEYS, "--criterion", "findley", "--average", "point:100um", "--overwrite", "-q")
-    assert invoke("fatigue", solved, *words).exit_code == 0
-    with open_result(solved) as result:
-        figure = fatigue_map(result)
-    target.write_bytes(content)
-    assert [axes.get_title() for axes in figure.axes if axes.get_title()] == ["Findley at depth 0.05 mm"]
-    assert "point over 0.1 mm" in figure.get_suptitle()
-
-
 def test_what_is_not_there_is_named(solved):
     with open_result(solved) as result, pytest.raises(PictureError, match="'crossland' is not in the file, which has"):
         fatigue_map(result, fields=["crossland"])

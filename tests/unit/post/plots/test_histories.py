@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import itertools
 import re
 from pathlib import Path
 
@@ -11,12 +9,12 @@ import numpy as np
 import pytest
 from command_line import invoke
 from line_cases import LINE
-from pictures import figure_texts, heading, legend_texts, panels, with_path
+from pictures import figure_texts, heading, legend_texts, panels
 from small_cases import write_case
 
 from fretsolve.errors import PictureError
 from fretsolve.post import plots
-from fretsolve.post.plots.load_history import cycles, load_text, moved_pairs
+from fretsolve.post.plots.load_history import load_text
 from fretsolve.result import Result, open_result
 
 SPHERE = """\
@@ -26,11 +24,6 @@ grid: {points: 16}
 friction: 0.1
 load_path: [{P: 400 N}, {Qx: 30 N, increments: 3}]
 """
-
-
-def area(xy: np.ndarray) -> float:
-    x, y = xy.T
-    return 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
 
 
 def test_loop_is_the_history_cycle_by_cycle(results: dict[str, Result]) -> None:
@@ -54,20 +47,6 @@ def test_loop_is_the_history_cycle_by_cycle(results: dict[str, Result]) -> None:
     assert heading(figure).startswith(r"Fretting <mode> \$I\$ & \$\mathbf")  # letters, not formulas
 
 
-@pytest.mark.parametrize(("increments", "marked", "told"), [(40, 41, ""), (120, 41, ", one in 3 increments marked")])
-def test_each_increment_of_a_loop_is_marked_or_it_is_said(
-    increments: int, marked: int, told: str, results: dict[str, Result]
-) -> None:
-    result = results["fretting"]
-    case = result.effective_case
-    case["load_path"] = [{"P": 400.0}, {"Qx": 36.0}]
-    result = with_path(result, case, loads=np.linspace(0.0, 36.0, increments + 1).tolist())
-    line = panels(plots.loop(result))[0].lines[0]
-    first, every = line.get_markevery()
-    assert len(line.get_xdata()[first::every]) == marked
-    assert str(line.get_label()) == f"first loading{told}"
-
-
 def test_work_of_closed_cycles_is_shaded_and_labelled(results: dict[str, Result]) -> None:
     history = results["fretting"].history
     axes = panels(plots.loop(results["fretting"]))[0]
@@ -77,27 +56,6 @@ def test_work_of_closed_cycles_is_shaded_and_labelled(results: dict[str, Result]
     for patch, part in zip(axes.patches, (slice(4, 11), slice(10, 17)), strict=True):
         expected = np.column_stack([1e3 * history["delta_x"][part], history["Qx"][part]])
         np.testing.assert_allclose(patch.get_xy()[: len(expected)], expected)
-
-
-def test_shaded_area_is_the_work_in_the_limit_of_small_increments(results: dict[str, Result]) -> None:
-    history = results["mindlin"].history
-    (patch,) = panels(plots.loop(results["mindlin"]))[0].patches
-    work = 1e3 * (history["work_total"][30] - history["work_total"][6])
-    assert area(patch.get_xy()) == pytest.approx(work, rel=0.01)  # N times µm is µJ
-
-
-def test_many_cycles_have_a_colour_bar(results: dict[str, Result]) -> None:
-    result = results["fretting"]
-    case = result.effective_case
-    case["load_path"] = [{"P": 400.0}, {"cycle": {"times": 9, "stages": [{"Qx": -36.0}, {"Qx": 36.0}]}}]
-    (pair, *_) = moved_pairs(with_path(result, case, loads=[0.0, *[-36.0, 36.0] * 9]))
-    assert [cycle.closed for cycle in cycles(result, pair)] == [False] + [True] * 8 + [False]
-    axes = panels(plots.loop(result))[0]
-    assert len(axes.child_axes) == 1
-    assert axes.child_axes[0].get_ylabel() == "cycle (0: first loading)"
-    assert [text for text in legend_texts(axes) if text.startswith("cycle")] == []
-    assert len(axes.patches) == 1
-    assert legend_texts(axes)[-1].endswith("dissipated in cycle 8")
 
 
 def test_errors_are_drawn_where_the_result_has_them(results: dict[str, Result]) -> None:
@@ -112,15 +70,6 @@ def test_errors_are_drawn_where_the_result_has_them(results: dict[str, Result]) 
     np.testing.assert_allclose(lengths, 2 * 1e3 * 2e-5)
     assert re.search(r" \d+\.\d{3} ± 0\.030 µJ", heading(figure))
     assert "estimated errors" in legend_texts(panels(figure)[0])
-
-
-def test_torsion_is_a_loop_of_moment_over_rotation(results: dict[str, Result]) -> None:
-    result = results["torsion"]
-    (axes,) = panels(plots.loop(result))
-    assert axes.get_xlabel() == r"rotation about the z axis $\varphi_z$ (mrad)"
-    assert axes.get_ylabel() == r"torsional moment $M_z$ (N mm)"
-    np.testing.assert_allclose(axes.lines[0].get_xdata(), 1e3 * result.history["phi_z"])
-    np.testing.assert_allclose(axes.lines[0].get_ydata(), result.history["Mz"])
 
 
 def test_stick_history(results: dict[str, Result]) -> None:
@@ -155,29 +104,6 @@ def test_displacement_control_joins_no_values_of_closed_forms(tmp_path: Path) ->
         assert slides.any() and np.array_equal(np.isnan(form.get_ydata()), slides)
 
 
-def test_a_single_increment_is_drawn_with_the_origin(tmp_path: Path) -> None:
-    case = SPHERE.replace("{P: 400 N}, {Qx: 30 N, increments: 3}", "{P: 400 N, Qx: 30 N}")
-    assert invoke("run", write_case(tmp_path, case), "-q").exit_code == 0
-    with open_result(tmp_path / "case.h5") as result:
-        axes = panels(plots.loop(result))[0]
-        assert axes.get_xlim()[0] < 0.0 < axes.get_xlim()[1] and axes.get_ylim()[0] < 0.0
-        (counts, _) = panels(plots.convergence(result))
-        assert [float(tick) for tick in counts.get_xticks() if -0.5 <= tick <= 0.5] == [0.0]
-
-
-def test_convergence(results: dict[str, Result]) -> None:
-    result = results["fretting"]
-    counts, residuals = panels(plots.convergence(result))
-    assert legend_texts(counts) == ["normal iterations", "tangential iterations", "staggered iterations"]
-    for line, name in zip(counts.lines, ("iterations_normal", "iterations_tangential", "alternations"), strict=False):
-        np.testing.assert_array_equal(line.get_ydata(), result.history[name])
-    assert legend_texts(residuals) == ["gap", "stick", "slip", "friction limit", "load", "tolerance 1e-06"]
-    np.testing.assert_allclose(residuals.lines[0].get_ydata(), np.maximum(result.history["residual_gap"], 1e-10))
-    tolerance = next(line for line in residuals.lines if line.get_label() == "tolerance 1e-06")
-    np.testing.assert_allclose(tolerance.get_ydata(), 1e-6)
-    assert residuals.get_yscale() == "log"
-
-
 BULK_ALONE = LINE.replace("{Qx: 18 N/mm, increments: 4}", "{bulk_2: {xx: 300 MPa}}") + "  - {bulk_2: {xx: -300 MPa}}\n"
 
 
@@ -209,29 +135,3 @@ def test_bulk_stress_has_no_loop_of_its_own(tmp_path: Path) -> None:
         assert len(panels(plots.stick_history(result))) == 1  # yy goes with it
         with pytest.raises(PictureError, match="bulk stress has no displacement of its own; stick-history"):
             plots.loop(result)
-
-
-def test_legends_of_many_increments_leave_the_panels_as_they_are(tmp_path: Path) -> None:
-    """The words on marks are long: side by side they would take the panels' place, and lie over each other."""
-    stages = "{P: 400 N, increments: 30}, {Qx: 30 N, increments: 40}, {Qx: -30 N, increments: 40}, {Qx: 30 N}"
-    case = write_case(tmp_path, SPHERE.replace("{P: 400 N}, {Qx: 30 N, increments: 3}", stages))
-    assert invoke("run", case, "-q").exit_code == 0
-    with open_result(case.with_suffix(".h5")) as result:
-        for draw in (plots.loop, plots.stick_history):
-            figure = draw(result)
-            figure.draw_without_rendering()
-            drawn, width = panels(figure), figure.bbox.width
-            legends = [axes.get_legend().get_window_extent() for axes in drawn]
-            assert any("one in 2 increments marked" in text for axes in drawn for text in legend_texts(axes))
-            assert all(axes.bbox.width > 0.7 * width / len(drawn) for axes in drawn)
-            assert all(0.0 <= legend.x0 < legend.x1 <= width for legend in legends)
-            assert all(one.x1 < other.x0 for one, other in itertools.pairwise(legends))
-
-
-def test_a_load_that_is_constant_but_for_rounding_has_no_loop(results: dict[str, Result]) -> None:
-    """Wear sinks the bodies into each other at a load of 200 N and some 1e-10 N."""
-    result = results["fretting"]
-    noise = 1e-10 * np.random.default_rng(2).random(result.increments)
-    history = dict(result.history) | {"P": 200.0 + noise, "delta_z": np.linspace(1e-3, 2e-3, result.increments)}
-    (axes,) = panels(plots.loop(dataclasses.replace(result, history=history)))
-    assert axes.get_ylabel() == r"tangential force along x $Q_x$ (N)"

@@ -13,7 +13,6 @@ from pictures import figure_texts, heading, image_of, panels
 from PIL import Image, ImageSequence
 
 from fretsolve.post import plots
-from fretsolve.post.plots.pictures import directions
 from fretsolve.post.plots.pictures.directions import angle_of
 from fretsolve.post.plots.snapshot import Snapshot
 from fretsolve.result import Result
@@ -96,10 +95,3 @@ def test_slip_angle(results: dict[str, Result]) -> None:
     (axes,) = panels(plots.slip_angle(result, step=13))
     np.testing.assert_allclose(image_of(axes).compressed(), degrees.T[slipping.T])
     assert f"at most {np.nanmax(np.abs(degrees)):.3g}°" in axes.get_title()
-
-
-def test_a_ring_of_one_cell_is_too_narrow_for_lines() -> None:
-    x, y = np.meshgrid(np.arange(-9, 10), np.arange(-9, 10))
-    radius = np.hypot(x, y)
-    assert directions._is_narrow((radius < 8.0) & (radius > 6.5))
-    assert not directions._is_narrow((radius < 8.0) & (radius > 3.0))

@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import re
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import invoke
 from line_cases import LINE
-from matplotlib.figure import Figure
-from pictures import figure_texts, heading, image_of, legend_texts, panels
+from pictures import figure_texts, heading, panels
 from small_cases import WORN, write_case
 
 from fretsolve.errors import PictureError
 from fretsolve.post import plots
-from fretsolve.post.plots.canvas import PANEL_WIDTH
 from fretsolve.post.plots.load_history import chosen_stage_ends
 from fretsolve.post.plots.pictures.histories import stick_history
-from fretsolve.post.plots.pictures.maps import film
-from fretsolve.post.plots.pictures.profiles import HEIGHT, VISIBLE, _draw_line, profile_steps, wear
+from fretsolve.post.plots.pictures.profiles import VISIBLE, profile_steps, wear
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import Zone
 
@@ -58,13 +54,6 @@ def test_profiles_elsewhere_and_of_both_components(results: dict[str, Result]) -
     assert ends == [2, 4, 7, 10, 13, 16]
     labels = [text for text in figure_texts(figure) if text.startswith("increment")]
     assert [int(re.findall(r"\d+", text)[0]) for text in labels] == ends
-
-
-def test_panels_of_a_row_show_all_of_the_pressure(results: dict[str, Result]) -> None:
-    across = panels(plots.profiles(results["fretting"], at=(0.0, 0.2)))[1]  # higher than along x at y = 0.2 mm
-    largest = max(np.nanmax(line.get_ydata()) for line in across.lines)
-    assert across.get_ylim()[0] == 0.0
-    assert across.get_ylim()[1] > largest
 
 
 def test_profiles_of_a_line_have_the_slip_by_its_closed_form(tmp_path: Path) -> None:
@@ -118,15 +107,6 @@ def test_stick_zones_are_those_of_solved_cycles(worn: Path) -> None:
     assert drawn <= solved
 
 
-def test_the_worn_limit_is_drawn_where_it_is_near(tmp_path: Path) -> None:
-    path = write_case(tmp_path, WORN.replace("alpha: 1e-4", "alpha: 1e-2").replace("jump: 5000", "jump: 1000"))
-    assert invoke("run", path, "-q").exit_code == 0
-    with open_result(path.with_suffix(".h5")) as result:
-        volume = panels(wear(result))[2]
-        assert "worn limit (closed form)" in legend_texts(volume)
-        assert float(np.ptp(volume.lines[0].get_ydata())) == 0.0
-
-
 @pytest.mark.parametrize(("jumps", "visible"), [("1e4, jump: 5000", False), ("4e5, jump: 1e5", True)])
 def test_an_error_that_can_be_seen_has_a_band(tmp_path: Path, jumps: str, visible: bool) -> None:
     path = write_case(tmp_path, WORN.replace("1e4, jump: 5000", jumps))
@@ -135,18 +115,6 @@ def test_an_error_that_can_be_seen_has_a_band(tmp_path: Path, jumps: str, visibl
         share = result.history["wear_error"][-1] / result.history["wear_volume"][-1]
         assert (share > VISIBLE) == visible
         assert ("estimated error" in panels(wear(result))[2].get_legend_handles_labels()[1]) == visible
-
-
-@pytest.mark.parametrize("cycles", [3, 20000, 75555, 100000, 999999, 2e7])
-def test_the_ticks_of_the_cycles_stay_apart(cycles: float) -> None:
-    figure = Figure(figsize=(2.0 * PANEL_WIDTH, HEIGHT))
-    for axes in figure.subplots(1, 2):
-        _draw_line(axes, np.linspace(0.0, cycles, 5), np.linspace(0.0, 1.0, 5))
-        figure.draw_without_rendering()
-        boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
-        inside = [box for box in boxes if axes.bbox.x0 - 1.0 < 0.5 * (box.x0 + box.x1) < axes.bbox.x1 + 1.0]
-        assert len(inside) >= 3
-        assert all(before.x1 + 4.0 < after.x0 for before, after in pairwise(inside))
 
 
 def test_a_line_contact_has_no_map(tmp_path: Path) -> None:
@@ -161,22 +129,6 @@ def test_a_line_contact_has_no_map(tmp_path: Path) -> None:
     with open_result(path.with_suffix(".h5")) as result:
         assert len(panels(wear(result))) == 3
         assert panels(wear(result))[1].get_ylabel() == "worn volume (mm³/mm)"
-
-
-def test_a_frame_of_the_film_of_the_worn_depth(worn: Path) -> None:
-    with open_result(worn) as result:
-        frames = film(result, fields=["wear_depth"], most=2)
-        last, (first_shown, last_shown) = result.increments - 1, frames.steps
-        (axes,) = panels(frames.figure)
-        assert axes.get_title() == "worn depth (µm)"
-        frames.show(last)
-        shown = image_of(axes)
-        assert last_shown == last
-        drawn = ~np.ma.getmaskarray(shown)
-        np.testing.assert_allclose(shown.data[drawn], 1e3 * np.asarray(result.field("wear_depth", last)).T[drawn])
-        assert shown.max() == pytest.approx(1e3 * result.history["wear_depth_max"][-1])
-        frames.show(first_shown)
-        assert not image_of(axes).any()  # in the same colours, before any wear
 
 
 def test_results_without_wear(results: dict[str, Result]) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 import shutil
 import subprocess
@@ -12,12 +10,9 @@ from pathlib import Path
 
 import pytest
 from command_line import invoke, refused
-from fake_states import fake_header, fake_states
-from PIL import Image
 
 from fretsolve.post import plots
-from fretsolve.post.plots.report_page import html_page
-from fretsolve.result import HistoryWriter, open_result
+from fretsolve.result import open_result
 
 
 class _Pictures(HTMLParser):
@@ -33,38 +28,6 @@ class _Pictures(HTMLParser):
         self.tags.add(tag)
         self.sources += [value or "" for name, value in attrs if name in ("src", "href")]
         self.widths += [value or "" for name, value in attrs if name == "style"]
-
-
-def _picture(file_format: str, width: int) -> bytes:
-    """Return a white picture so many pixels wide."""
-    content = io.BytesIO()
-    Image.new("L", (width, 100), 255).save(content, file_format)
-    return content.getvalue()
-
-
-def test_page_holds_table_pictures_reasons_and_case(tmp_path: Path) -> None:
-    with HistoryWriter.open(tmp_path / "out.h5", fake_header(title="a < b & c")) as writer:
-        for state in fake_states(2):
-            writer.append(state)
-        writer.finish("complete")
-    # 90 of 190 mm at 300 dpi, and a film of a third of them, which is too wide
-    pictures = {"loop": _picture("png", 1063), "animate": _picture("gif", 1063)}
-    with open_result(tmp_path / "out.h5") as result:
-        text = html_page(result, pictures, {"map": "nothing to show, as 0 < 1"}, {})
-        without_reasons = html_page(result, pictures, {}, {"the only one": b"frame"})
-    page = _Pictures()
-    page.feed(text)
-    shown = dict(zip(("image/png", "image/gif"), pictures.values(), strict=True))
-    assert page.sources == [
-        f"data:{kind};base64,{base64.b64encode(content).decode()}" for kind, content in shown.items()
-    ]
-    assert page.widths == ["width:47.4%", "width:100%"]
-    assert "<h1>a &lt; b &amp; c</h1>" in text
-    assert f'alt="loop: {plots.KINDS["loop"].caption}"' in text
-    assert "complete, 2 increments" in text
-    assert "<li>map: nothing to show, as 0 &lt; 1</li>" in text
-    assert text.index("<h2>Case</h2>") < text.index("title: a &lt; b &amp; c")
-    assert "Left out" not in without_reasons and "slider" not in without_reasons
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +63,6 @@ def test_report_says_what_is_left_out(result_folder: Path, tmp_path: Path) -> No
     assert "<li>stick-history: nothing sticks or slips without friction and shear traction</li>" in text
     assert "left out: streamlines: no field 'shear' is stored, only pressure, zone" in done.stdout
     assert not (tmp_path / "streamlines.png").exists()
-    assert invoke("plot", result_folder / "hertz.h5", "--all", "-o", tmp_path).exit_code == 0  # its own is replaced
     (tmp_path / "index.html").write_text("<title>my site</title>", encoding="utf-8")
     line = refused(4, "plot", result_folder / "hertz.h5", "--all", "-o", tmp_path)
     assert line.startswith(f"{tmp_path / 'index.html'}: is not a page of fretsolve, so it is not replaced")

@@ -16,7 +16,7 @@ from fretsolve.post.stress import request as requests
 from fretsolve.post.stress.influence import COMPONENTS, TRACTIONS, point_influence, potential, stress_terms
 from fretsolve.post.stress.layers import LayerConvolution
 from fretsolve.post.stress.request import disk_problem, layers, memory_problem, stress_request
-from fretsolve.post.stress.tractions import TractionHistory, bounding_window
+from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.problem.model.grid import Grid
 
 
@@ -111,26 +111,6 @@ def test_convolution_is_the_direct_sum(source, target, depth, body):
         np.testing.assert_allclose(found[:, i - target[0].start, j - target[1].start], exact, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("kept", [("p",), ("p", "qx"), ("p", "qy"), ("qx",)])
-def test_tractions_that_are_0_may_be_left_out(kept):
-    tractions = {name: field * (name in kept) for name, field in random_tractions(WHOLE).items()}
-    results = []
-    for names in (kept, ("p", "qx", "qy")):
-        layer = LayerConvolution((GRID.dx, GRID.dy), WHOLE, WHOLE, names)
-        kernels = layer.kernels(layer.potentials(0.05, {2: 0.3}), 0.05, 0.3, 2)
-        results.append(layer.stress(kernels, layer.forward(tractions)))
-    np.testing.assert_allclose(*results, rtol=0, atol=1e-14)
-
-
-def test_threads_give_the_same_bits():
-    tractions, results = random_tractions(WHOLE), []
-    for threads in (1, 3):
-        layer = LayerConvolution((GRID.dx, GRID.dy), WHOLE, WHOLE, threads=threads)
-        kernels = layer.kernels(layer.potentials(0.05, {2: 0.3}), 0.05, 0.3, 2)
-        results.append(layer.stress(kernels, layer.forward(tractions)))
-    np.testing.assert_array_equal(*results)
-
-
 def test_groups_of_increments_give_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the spectra of all increments do not fit, they are computed in groups."""
     with open_result(result_of(write_case(tmp_path, LOOP))) as result:
@@ -149,10 +129,3 @@ def test_groups_of_increments_give_the_same_bits(tmp_path: Path, monkeypatch: py
         assert memory_problem(request, 1) is None
         with pytest.raises(CaseError, match="the depth -1 mm is not one"):
             stress_request(tractions, result.steps, depths=(-1.0,))
-
-
-def test_the_window_of_cells() -> None:
-    cells = np.zeros((7, 5), bool)
-    assert bounding_window(cells) == (slice(3, 4), slice(2, 3))
-    cells[2, 1] = cells[5, 1] = True
-    assert bounding_window(cells) == (slice(2, 6), slice(1, 2))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 
@@ -85,37 +84,3 @@ def test_keys_that_do_not_fit(tmp_path: Path) -> None:
     assert "body 1 is rigid" in refused(2, "run", tmp_path / "c.yaml", "--set", rigid)
     without = ("--set", "output.fields=[pressure]")
     assert "output.fields needs shear" in refused(2, "run", tmp_path / "c.yaml", *without)
-
-
-def test_a_sweep_collects_the_largest_stresses(tmp_path: Path) -> None:
-    (tmp_path / "c.yaml").write_text(
-        CYCLES_UNDER_BULK.replace("points: 24", "points: 12") + "output: {stress: {depths: [0 mm]}}\n"
-    )
-    sweep = tmp_path / "s.yaml"
-    sweep.write_text("case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [max_tension, max_mises@1]\n")
-    done = invoke("sweep", "run", sweep)
-    assert done.exit_code == 0, done.stderr
-    assert invoke("sweep", "collect", tmp_path / "s.sweep").exit_code == 0
-    rows = list(csv.DictReader((tmp_path / "s.sweep" / "table.csv").read_text().splitlines()))
-    tension, mises = ([float(row[f"{name} (MPa)"]) for row in rows] for name in ("max_tension", "max_mises@1"))
-    assert tension[1] > tension[0] > 0.0
-    assert mises[0] == pytest.approx(mises[1], rel=1e-6)
-    assert all(float(row["max_tension error (MPa)"]) > 0.0 for row in rows)
-    (tmp_path / "c.yaml").write_text(CYCLES_UNDER_BULK)
-    assert "output.stress in the case is needed" in refused(2, "sweep", "run", sweep, "-o", tmp_path / "other")
-
-
-def test_a_study_compares_the_largest_stresses_of_cases_that_ask_for_them(tmp_path: Path) -> None:
-    case = tmp_path / "c.yaml"
-    text = CYCLES_UNDER_BULK.replace("points: 24", "points: 12").replace("increments: 2", "increments: 1")
-    case.write_text(text + "output: {stress: {depths: [0 mm]}}\n")
-    words = ("study", case, "--vary", "grid.points=12,16", "-q", "-o", tmp_path / "s")
-    done = invoke(*words, "--quantity", "max_tension@2")
-    assert done.exit_code == 0, done.stderr
-    rows = list(csv.DictReader((tmp_path / "s" / "study.csv").read_text().splitlines()))
-    assert all(float(row["max_tension@2 (MPa)"]) > 0.0 for row in rows)
-    done = invoke(*words[:-1], tmp_path / "t", "--quantity", "delta_z")
-    assert (done.exit_code, list((tmp_path / "t").glob("*.stress.h5"))) == (0, [])
-    case.write_text(text)
-    message = refused(2, *words[:-1], tmp_path / "u", "--quantity", "max_tension")
-    assert "output.stress is needed" in message

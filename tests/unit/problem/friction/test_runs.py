@@ -61,12 +61,6 @@ def test_error_bars() -> None:
 class TestBothPrecisionsAndSolvers:
     PATH = ({"P": 400.0, "increments": 2}, {"Qx": 25.0, "Qy": 5.0, "increments": 2})
 
-    def test_single_precision(self, friction) -> None:
-        parts = {"friction": friction, "grid": {"points": 32}, "load_path": list(self.PATH)}
-        double, single = solve(**parts)[-1], solve(**parts, solver={"precision": "single"})[-1]
-        assert single.summary.delta_x == pytest.approx(double.summary.delta_x, rel=1e-4)
-        assert single.summary.work_total == pytest.approx(double.summary.work_total, rel=1e-2)
-
     def test_coupled_newton_finds_what_staggered_iterations_find(self, friction, monkeypatch) -> None:
         parts = {"friction": friction, "bodies": DISSIMILAR, "grid": {"points": 32}, "load_path": list(self.PATH)}
         staggered = solve(**parts)[-1]

@@ -10,7 +10,7 @@ import pytest
 from solving import build
 
 from fretsolve.case.keys.body_specs import PunchSurface
-from fretsolve.problem.model.surface import PEAK, Edge, edges, flat_part, rounding
+from fretsolve.problem.model.surface import Edge, edges, flat_part, rounding
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.simulation.problem_setup import set_up
@@ -43,24 +43,6 @@ def test_tip_of_a_cone_is_one() -> None:
     assert math.isinf(tip.hidden_pressure(pressure, 0.03, 1e5))
 
 
-@pytest.mark.parametrize("cells", [0.1, 0.5, 1.2, 3.0, 8.0])
-def test_a_rounding_is_in_contact_over_some_cells(cells: float) -> None:
-    """Of K / s^(1/2) the last cell shows the mean over itself; in contact over more than one, cells see the peak."""
-    side, modulus, radius = 0.03, 1e5, 0.2
-    edge = Edge(radius, np.ones((3, 1), dtype=bool))
-    depth = cells * side
-    factor = 2.0 * modulus * depth**1.5 / (3.0 * math.pi * radius)
-    shown = 2.0 * factor / math.sqrt(side) if cells < 1.0 else PEAK * factor / math.sqrt(depth)
-    pressure = np.array([[0.3], [0.6], [1.0]]) * shown
-    assert edge.cells_in_contact(pressure, side, modulus) == pytest.approx(cells, rel=1e-12)
-
-
-def test_a_rounding_out_of_reach_or_a_sharp_edge_is_in_contact_over_no_number_of_cells() -> None:
-    apart = Edge(0.2, np.array([[False], [True]]))
-    assert math.isinf(apart.cells_in_contact(np.array([[5.0], [0.0]]), 0.03, 1e5))
-    assert math.isinf(Edge(0.0, np.ones((2, 1), dtype=bool)).cells_in_contact(np.ones((2, 1)), 0.03, 1e5))
-
-
 def test_peak_at_a_rounded_edge_is_that_of_the_singular_integral() -> None:
     """By quadrature of the pressure whose slope is that of the arc, in units of the depth d."""
     from scipy.integrate import quad
@@ -85,41 +67,12 @@ def test_peak_at_a_rounded_edge_is_that_of_the_singular_integral() -> None:
     assert shown[0, 0] + hidden == pytest.approx(peak, rel=0.01)
 
 
-def test_resolved_roundings_hide_nothing() -> None:
-    edge, pressure = Edge(10.0, np.ones((1, 1), dtype=bool)), np.full((1, 1), 2000.0)  # as a sphere of that radius
-    assert edge.hidden_pressure(pressure, 0.02, 1.1e5) == 0.0
-
-
 def test_roundings_within_a_cell_are_warned_of() -> None:
     punch = {"punch": {"radius": 0.5, "edge_radius": 0.02}}
     (text,) = [one for one in case_warnings(setup_of(punch)) if "rounding" in one]
     assert "edge_radius: the rounding of 0.02 mm fits into a cell of 0.0293 mm" in text
     assert not [one for one in case_warnings(setup_of(punch, points=64)) if "fits into a cell" in one]
     assert not [one for one in case_warnings(setup_of({"punch": {"radius": 0.5}})) if "rounding" in one]
-
-
-@pytest.mark.parametrize("covered", [1.0, 0.8, 0.5, 1.0 / 3.0, 0.1])
-def test_cells_that_an_edge_covers_in_part_tell_less_of_it(covered: float) -> None:
-    """The larger one of the last two cells under K / s^(1/2), from an edge that covers a part of the last one."""
-    cell, near, factor, modulus = 0.03, np.ones((1, 1), dtype=bool), 50.0, 1.1e5
-    shown = 2.0 * factor / math.sqrt(cell) * max(math.sqrt(covered), math.sqrt(1.0 + covered) - math.sqrt(covered))
-    found = Edge(1e-3, near, covered)._largest_singularity(shown, cell, modulus)
-    assert factor * (1.0 - 1e-12) <= found < 1.1 * factor
-
-
-@pytest.mark.parametrize(
-    ("punch", "size", "expected"),
-    [
-        ({"half_width": 0.5, "edge_radius": 0.1}, 2.0, 0.4 * 16 % 1.0),  # flat up to 0.4 mm, 6.4 cells
-        ({"half_width": 0.5}, 2.0, 1.0),  # 8 cells
-        ({"radius": 0.5, "edge_radius": 0.1}, 2.0, 1.0),  # its edge crosses the cells
-    ],
-    ids=str,
-)
-def test_the_part_of_the_last_cells_that_is_flat(punch: dict[str, float], size: float, expected: float) -> None:
-    setup = set_up(build(surface={"punch": punch}, grid={"points": 32, "size": size}))
-    (edge,) = edges(setup.case.surface, setup.grid)
-    assert edge.covered == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(

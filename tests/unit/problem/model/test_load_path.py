@@ -34,15 +34,6 @@ def test_the_end_of_a_stage_is_exact():
     assert path.increment(9, [summary()] * 9).normal.values[0] == 0.3
 
 
-def test_until_named():
-    """Qx = Qy = 0 N and no rotation."""
-    increment = path_of([{"P": 400.0, "increments": 1}]).increment(0, [])
-    assert increment.normal.forced == (True, False, False)
-    assert increment.tangential.forced == (True, True, False)
-    assert increment.normal.values == (400.0, 0.0, 0.0)
-    assert increment.tangential.values == (0.0, 0.0, 0.0)
-
-
 def test_the_rest_stays_as_it_is():
     path = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0, "increments": 2}, {"Mz": 3.0, "increments": 1}])
     last = path.increment(3, [summary()] * 3)
@@ -69,13 +60,6 @@ def test_switching_back_to_force():
     assert back.tangential.values[0] == pytest.approx(15.0)
 
 
-def test_rotations_become_moments():
-    path = path_of([{"P": 400.0, "increments": 1}, {"My": 10.0, "increments": 2}])
-    increment = path.increment(1, [summary(My=4.0)])
-    assert increment.normal.forced == (True, False, True)
-    assert increment.normal.values[2] == pytest.approx(7.0)
-
-
 def test_cycles_are_unrolled():
     cycle = {"cycle": {"times": 3, "stages": [{"Qx": -36.0, "increments": 2}, {"Qx": 36.0, "increments": 3}]}}
     path = path_of([{"P": 400.0, "increments": 1}, cycle])
@@ -83,12 +67,6 @@ def test_cycles_are_unrolled():
     assert path.last_steps == (0, 2, 5, 7, 10, 12, 15)
     assert path.increment(15, [summary()] * 15).stage.number == 7
     assert path.increment(3, [summary()] * 3).tangential.values[0] == pytest.approx(-36.0 + 72.0 / 3)
-
-
-def test_normal_loads_at_the_ends_of_the_stages():
-    path = path_of([{"P": 100.0}, {"My": 5.0}, {"delta_z": 1e-3}])
-    assert [load.values for load in path.normal_loads()] == [(100.0, 0.0, 0.0), (100.0, 0.0, 5.0), (1e-3, 0.0, 5.0)]
-    assert [load.forced for load in path.normal_loads()][2] == (False, False, True)
 
 
 class TestAutomaticIncrements:
@@ -145,13 +123,6 @@ class TestGradedSteps:
         assert -np.diff(radius)[:10] == pytest.approx(-np.diff(radius)[0], rel=0.3)
         assert falling == pytest.approx(39.0 - 2.0 * rising, abs=1e-9)  # after a reversal, half of the change counts
 
-    def test_a_load_that_goes_on_straight_ahead_is_one_branch(self):
-        split = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0}, {"Qx": 36.0}], bodies=DISSIMILAR)
-        turned = path_of([{"P": 400.0, "increments": 1}, {"Qx": 20.0}, {"Qx": 20.0, "Qy": 16.0}], bodies=DISSIMILAR)
-        assert sum(split.counts[1:]) <= path_of([{"P": 400.0}, {"Qx": 36.0}], bodies=DISSIMILAR).counts[1] + 10
-        assert loads(split, 2, "Qx")[0] - 20.0 < 16.0 / split.counts[2] * 2.0
-        assert turned.counts[2] == 10
-
     def test_halved_counts_have_common_points(self):
         """The coarse runs of error bars are compared at these."""
         path = path_of([{"P": 400.0}, {"Qx": 36.0}], bodies=DISSIMILAR)
@@ -166,21 +137,3 @@ class TestGradedSteps:
         assert loads(graded, 0, "P")[0] < 90.0
         assert equal.graded == (False,)
         assert loads(equal, 0, "P") == pytest.approx(400.0 / 24.0 * np.arange(1, 25))
-
-    @pytest.mark.parametrize(
-        "stages",
-        [
-            [{"P": 400.0}, {"P": 0.0}],
-            [{"P": 400.0}, {"Qx": 50.0}],
-            [{"P": 1e-6}, {"Qx": 1e-9}, {"Qx": 1e-9, "increments": 3, "spacing": "graded"}],
-            [{"delta_z": -1.0}, {"delta_z": 1e-3}],
-            [{"P": 0.0}, {"P": 400.0, "Qx": 36.0}, {"P": 0.0, "Qx": 0.0}],
-            [{"P": 400.0, "My": 10.0}, {"delta_x": 1e-3}, {"Qx": 0.0}],
-        ],
-    )
-    def test_steps_always_lead_on_to_the_end(self, stages):
-        path = path_of(stages, bodies=DISSIMILAR)
-        shares = [[stage.share(stage.first + i) for i in range(stage.increments)] for stage in path._planned]
-        for each in shares:
-            assert each[-1] == 1.0
-            assert (np.diff([0.0, *each]) > 0.0).all()

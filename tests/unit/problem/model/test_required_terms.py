@@ -1,8 +1,7 @@
 from __future__ import annotations
 
-import numpy as np
 import pytest
-from solving import DISSIMILAR, NO_POISSON, SIMILAR, build, solve_last
+from solving import DISSIMILAR, NO_POISSON, SIMILAR, build
 
 from fretsolve.problem.model.required_terms import Terms, derive_model
 
@@ -42,10 +41,6 @@ def test_friction_free_slip_is_only_computed_where_it_is_stored():
     stored = model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure", "slip_path"]})
     assert stored.terms.normal_tangential_coupling
     assert not model(bodies=DISSIMILAR, friction=0, output={"fields": ["pressure"]}).terms.normal_tangential_coupling
-
-
-def test_loads_of_zero_need_no_shear():
-    assert not model(PRESS, {"Qx": 0.0, "Mz": 0.0}).has_shear
 
 
 def test_rounding_does_not_make_bodies_dissimilar():
@@ -98,20 +93,6 @@ class TestNegligibleCoupling:
         assert ("below solver.tolerance" in reason) != kept
         assert "0.002747" in reason
 
-    def test_kept_where_it_is_asked_for_or_slip_without_friction_is_stored(self):
-        loose = {"bodies": self.STEELS, "solver": {"tolerance": 0.1}}
-        assert model(PRESS, PULL, coupling="full", **loose).terms.normal_tangential_coupling
-        assert model(PRESS, friction=0, **loose).terms.normal_tangential_coupling
-
-    def test_what_is_left_out_is_as_small_as_told(self):
-        """Decided for a tolerance of 5 %: the shear of no cell changes by more, and scalars by its square."""
-        parts = {"bodies": self.STEELS, "friction": 0.3, "grid": {"points": 24, "size": 0.9}}
-        path = [{"P": 400.0, "increments": 4}, {"Qx": 60.0, "increments": 4}]
-        without, with_it = (solve_last(load_path=path, coupling=one, **parts) for one in ("tangential", "full"))
-        assert without.summary.delta_x == pytest.approx(with_it.summary.delta_x, rel=1e-4)
-        difference = np.abs(without.fields.shear - with_it.fields.shear).max()
-        assert difference < 5e-2 * 0.3 * with_it.summary.max_pressure
-
 
 class TestWarnings:
     @pytest.mark.parametrize("stage", [TWIST, {"phi_z": 1e-3}])
@@ -123,17 +104,6 @@ class TestWarnings:
         )
         assert model(PRESS, stage).terms.in_plane_coupling
         assert model(PRESS, stage).warnings == ()
-
-    def test_the_error_of_torsion_is_as_told(self):
-        """A quarter of Poisson's ratio of the rotation between equal bodies, here 10 %."""
-        bodies = ({"young_modulus": 200e3, "poisson_ratio": 0.4},) * 2
-        path = [{"P": 400.0, "increments": 1}, {"Mz": 2.0, "increments": 1}]
-        grid = {"points": 40, "size": 0.85}
-        less, more = (
-            solve_last(bodies=bodies, grid=grid, friction=0.2, load_path=path, coupling=coupling).summary.phi_z
-            for coupling in ("none", "tangential")
-        )
-        assert 1.0 - less / more == pytest.approx(0.1, rel=0.03)
 
     def test_none_for_a_force(self):
         (warning,) = model(PRESS, PULL, coupling="none").warnings

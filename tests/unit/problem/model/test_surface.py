@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fretsolve.case.keys.body_specs import (
     ConeSurface,
@@ -16,7 +14,6 @@ from fretsolve.case.keys.body_specs import (
     PunchSurface,
     SphereSurface,
 )
-from fretsolve.errors import FileError
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.surface import separation
 
@@ -54,20 +51,14 @@ SQUARE = PunchSurface(half_width=1.0, edge_radius=0.5)
         (ConeSurface(angle="2 deg", center=(0.1, 0.0)), 0.4, 0.4, 0.5 * math.tan(math.radians(2.0))),
         (CylinderSurface(radius=10.0, axis="x", crown_radius=500.0), 2.0, 1.0, 4.0 / 1000.0 + 1.0 / 20.0),
         (BUTT, 1.0, 0.2, 0.002),
-        (BUTT, -1.0, 0.2, 0.002),
         (BUTT, 1.0001, 0.0, math.inf),
-        (ROLLER, 0.0, 1.5, 0.0),
         (ROLLER, 0.2, -1.8, 0.002 + 0.5 - 0.4),
         (ROLLER, 0.0, 2.0, 0.5),
         (ROLLER, 0.0, 2.0001, math.inf),
-        (SHARP, 0.3, 0.4, 0.0),
         (SHARP, 0.3, 0.4001, math.inf),
-        (ROUNDED, 0.5, 0.0, 0.0),
         (ROUNDED, 0.0, -0.9, 0.5 - 0.3),
-        (ROUNDED, 1.0, 0.0, 0.5),
         (ROUNDED, 1.0001, 0.0, math.inf),
         (PunchSurface(radius=1.0, edge_radius=1.0), 1e-7, 0.0, 5e-15),
-        (SQUARE, 0.5, -0.5, 0.0),
         (SQUARE, 0.8, 0.9, 0.5),  # 0.3 and 0.4 past the flat's corner
         (SQUARE, 0.9, 0.0, 0.2),
         (SQUARE, 0.95, 0.95, math.inf),
@@ -75,34 +66,6 @@ SQUARE = PunchSurface(half_width=1.0, edge_radius=0.5)
 )
 def test_height_at_a_point(surface, x, y, height):
     assert single(surface, x, y) == pytest.approx(height, rel=1e-12, abs=0.0)
-
-
-class TestEllipsoid:
-    @given(st.floats(-math.pi, math.pi), st.floats(-1, 1), st.floats(-1, 1))
-    def test_is_a_paraboloid_in_turned_axes(self, angle, x, y):
-        first, second = x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle)
-        surface = EllipsoidSurface(radius_x=5.0, radius_y=40.0, angle=angle)
-        assert single(surface, x, y) == pytest.approx(first**2 / 10.0 + second**2 / 80.0, abs=1e-15)
-
-    def test_quarter_turn_swaps_the_radii_to_the_last_bit(self):
-        surface = EllipsoidSurface(radius_x=5.0, radius_y=40.0, angle=math.pi / 2)
-        turned = separation([surface], GRID.x, GRID.y)
-        swapped = separation([EllipsoidSurface(radius_x=40.0, radius_y=5.0)], GRID.x, GRID.y)
-        np.testing.assert_array_equal(turned, swapped)
-
-    def test_equal_radii_are_a_sphere_at_any_angle(self):
-        turned = separation([EllipsoidSurface(radius_x=5.0, radius_y=5.0, angle=0.7)], GRID.x, GRID.y)
-        sphere = separation([SphereSurface(radius=5.0)], GRID.x, GRID.y)
-        np.testing.assert_allclose(turned, sphere, rtol=1e-14)
-
-
-class TestCylinder:
-    def test_endless_one_is_straight_along_its_axis(self):
-        along_y = separation([CylinderSurface(radius=10.0, axis="y")], GRID.x, GRID.y)
-        across = np.broadcast_to(GRID.x[:, None] ** 2 / 20.0, GRID.shape)
-        np.testing.assert_allclose(along_y, across, rtol=1e-14)
-        assert single(CylinderSurface(radius=10.0, axis="45 deg"), 3.0, 3.0) == pytest.approx(0.0, abs=1e-15)
-        assert single(CylinderSurface(radius=10.0, axis="45 deg"), 1.0, -1.0) == pytest.approx(0.1)
 
 
 class TestPunch:
@@ -139,14 +102,6 @@ def test_mirror_symmetry_holds_to_the_last_bit(surface, points):
     np.testing.assert_array_equal(h, h[:, ::-1])
 
 
-def test_inputs_are_left_alone():
-    x, y = GRID.x.copy(), GRID.y.copy()
-    surfaces = [PunchSurface(radius=0.3, edge_radius=0.1), CylinderSurface(radius=1.0, axis="x", length=1.0)]
-    separation(surfaces, x, y)
-    np.testing.assert_array_equal(x, GRID.x)
-    np.testing.assert_array_equal(y, GRID.y)
-
-
 def test_height_map_adds_to_the_other_surfaces(tmp_path: Path):
     np.save(tmp_path / "rough.npy", np.arange(12.0).reshape(4, 3))
     rough = HeightsSurface(file=str(tmp_path / "rough.npy"), spacing=(1.0, 1.0), unit="um", center=(1.0, 2.0))
@@ -154,9 +109,3 @@ def test_height_map_adds_to_the_other_surfaces(tmp_path: Path):
     total = separation([SphereSurface(radius=10.0), rough], x, y)
     heights = 1e-3 * np.array([[3.0, 4.0, 5.0], [6.0, 7.0, 8.0]])
     np.testing.assert_allclose(total, (x[:, None] ** 2 + y**2) / 20.0 + heights, rtol=1e-12)
-
-
-def test_missing_height_map_is_reported(tmp_path: Path):
-    rough = HeightsSurface(file=str(tmp_path / "none.npy"), spacing=(1.0, 1.0))
-    with pytest.raises(FileError, match="cannot be read: No such file"):
-        separation([rough], GRID.x, GRID.y)

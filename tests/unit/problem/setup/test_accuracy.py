@@ -44,13 +44,6 @@ def test_it_picks_what_is_not_given() -> None:
     assert setup.picked == (f"{nx} x {nx} points", "tolerance 1e-06", "error bars")
 
 
-def test_picked_increments_in_words() -> None:
-    setup = set_up(build(bodies=DISSIMILAR, load_path=[{"P": 400.0}, {"Qx": 20.0}], solver=solver()))
-    first, second = setup.load_path.counts
-    assert first > 1.3 * 24
-    assert f"{second} to {first} increments per stage" in setup.picked
-
-
 def test_settings_that_are_given_win() -> None:
     path = [{"P": 400.0, "increments": 3}]
     given = solver(tolerance=1e-7, error_bars=False)
@@ -82,11 +75,6 @@ def test_more_accuracy_takes_more_points_and_increments() -> None:
     assert tolerances == sorted(tolerances, reverse=True)
 
 
-def test_where_the_path_has_no_effect_more_increments_are_no_use() -> None:
-    path = [{"P": 400.0}, {"Qx": 30.0}]
-    assert set_up(build(load_path=path, solver=solver("reference"))).load_path.counts == (1, 10)
-
-
 def test_points_follow_the_contact_not_the_area() -> None:
     automatic = set_up(build(solver=solver())).grid
     wide = set_up(build(grid={"size": [2.0 * automatic.size[0], automatic.size[1]]}, solver=solver())).grid
@@ -114,13 +102,6 @@ def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
     assert nothing == wide
     sheared = [{"P": 400.0}, {"Qx": 36.0}]
     assert set_up(build(bodies=DISSIMILAR, friction=0.2, load_path=sheared, solver=solver(0.01))).grid.nx == wide[0]
-
-
-def test_the_effective_case_gives_the_same_setup() -> None:
-    setup = set_up(build(bodies=DISSIMILAR, solver=solver("draft")))
-    again = set_up(build(**{k: v for k, v in setup.case.effective().items() if k != "title"}))
-    assert again.case.effective() == setup.case.effective()
-    assert again.load_path.counts == setup.load_path.counts
 
 
 @pytest.mark.parametrize(

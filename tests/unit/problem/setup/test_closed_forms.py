@@ -6,9 +6,8 @@ import math
 from typing import Any
 
 import pytest
-from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, NO_POISSON, build, solve_last
+from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, NO_POISSON, build
 
-from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.problem.setup.closed_forms import ClosedForms
 from fretsolve.reference.tangential import cattaneo_mindlin
 from fretsolve.simulation.problem_setup import set_up
@@ -130,13 +129,6 @@ def test_smallest_stick_zone_under_a_displacement() -> None:
     assert smallest(P, {"Qx": force}) == (1, half, "Cattaneo-Mindlin")
 
 
-def test_the_stick_radius_under_a_displacement_is_that_of_a_run() -> None:
-    path = [P, {"delta_x": 0.75 * GROSS, "increments": 4}]
-    last = solve_last(load_path=path, grid={"points": 64, "size": 0.75}, coupling="none", bodies=NO_POISSON).summary
-    _, radius, _ = smallest(*path, bodies=NO_POISSON, coupling="none") or (0, 0.0, "")
-    assert last.stick_radius == pytest.approx(radius, rel=0.01)
-
-
 @pytest.mark.parametrize(
     ("stages", "parts"),
     [
@@ -159,10 +151,3 @@ def test_the_stick_radius_under_a_displacement_is_that_of_a_run() -> None:
 )
 def test_where_no_closed_form_gives_the_stick_zone(stages: list[Any], parts: dict[str, Any]) -> None:
     assert smallest(*stages, **parts) is None
-
-
-def test_forces_of_a_result() -> None:
-    case = build(load_path=CYCLE, coupling="none", grid={"points": 12})
-    loads = tuple({"P": 400.0, "Qx": force, "Qy": 0.0, "Mz": 0.0} for force in (0.0, 36.0))
-    forms = ClosedForms(case, derive_model(case), loads)
-    assert forms.tangential(1).stick_radius == pytest.approx(0.139761, abs=1e-6)

@@ -2,18 +2,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 from solving import DISSIMILAR, HERTZ, LOAD, MATERIAL, A, build
 
 from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.problem.setup.picked_settings import AREA_MARGIN, COARSENED, room_for_coarse_runs
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_coarse_runs
 from fretsolve.reference.hertz import hertz_elliptic, love_cone
-from fretsolve.simulation.contact_search import contact_size
-from fretsolve.simulation.error_bars.coarse_runs import coarser
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.problem_setup import contact_size, set_up
 from fretsolve.simulation.simulation import run
 
 
@@ -39,7 +36,7 @@ SLIM = {"ellipsoid": {"radius_x": 5.0, "radius_y": 30.0}}
 @pytest.mark.parametrize(
     ("surface", "loads", "first", "half"),
     [
-        *((SPHERE, [load()], first, (A, A)) for first in (1e-5, 0.3, 1.0, 1e4)),
+        *((SPHERE, [load()], first, (A, A)) for first in (1e-5, 1e4)),
         (SPHERE, [load(50.0), load(), load(0.0)], 1.0, (A, A)),  # the largest load counts
         (SPHERE, [MOVED], 1.0, (A, A)),
         (SPHERE, [load(my=LOAD * 0.2)], 1.0, (A + 0.2, A)),
@@ -71,29 +68,12 @@ def test_a_sphere_has_its_closed_form():
     assert (grid.nx, grid.ny) == (12, 24)
 
 
-def test_a_surface_that_cannot_be_had_is_the_reason(tmp_path):
-    """Not that auto finds no size."""
-    np.save(tmp_path / "map.npy", np.zeros((4, 4)))
-    map_file = {"heights": {"file": str(tmp_path / "map.npy")}}
-    case = build(surface=[map_file], grid={"points": 8})
-    with pytest.raises(CaseError, match="spacing is missing"):
-        set_up(case)
-
-
 UNLIKE_BODIES = [{"young_modulus": 200e3, "poisson_ratio": 0.06}, {"young_modulus": 200e3, "poisson_ratio": 0.42}]
 
 
 @pytest.mark.parametrize(
     ("friction", "moved"),
-    [
-        (1.0, {"Qx": 0.97 * LOAD}),
-        (3.0, {"Qx": 2.97 * LOAD}),
-        (10.0, {"Qx": 9.0 * LOAD}),
-        (10.0, {"Qx": 6.0 * LOAD, "Qy": -6.0 * LOAD}),
-        (3.0, {"delta_x": 0.05}),
-        (3.0, {"delta_x": 0.03, "delta_y": 0.03}),
-        (10.0, {"delta_x": -0.05}),
-    ],
+    [(3.0, {"Qx": 2.97 * LOAD}), (10.0, {"Qx": 6.0 * LOAD, "Qy": -6.0 * LOAD}), (10.0, {"delta_x": -0.05})],
 )
 def test_auto_holds_a_contact_that_shear_moves(friction, moved):
     """Friction above 1 on unlike bodies moves the contact by up to its own radius."""
@@ -103,13 +83,6 @@ def test_auto_holds_a_contact_that_shear_moves(friction, moved):
     assert len(states) == 5
     pressure = states[-1].fields.pressure
     assert not pressure[[0, -1]].any() and not pressure[:, [0, -1]].any()
-
-
-def test_usual_friction_leaves_the_size_as_it_is():
-    path = [{"P": LOAD}, {"Qx": 0.29 * LOAD}]
-    found = set_up(build(bodies=UNLIKE_BODIES, friction=0.3, grid={"points": 32}, load_path=path))
-    radius = found.closed_forms.largest.contact_radius
-    assert found.grid.size == pytest.approx((2 * AREA_MARGIN * radius,) * 2, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -130,15 +103,3 @@ def test_auto_leaves_room_for_the_coarse_runs_of_error_bars(parts, points):
     assert wider == pytest.approx({16: 8 / 6 / 1.2, 30: 10 / 8 / 1.2}[points])
     assert all(math.isfinite(state.errors.max_pressure_error) for state in run_with_error_bars(with_bars))
     assert room_for_coarse_runs(34) == room_for_coarse_runs(200) == 1.0
-
-
-def test_a_given_size_stays_with_error_bars():
-    setup = set_up(build(grid={"points": 16, "size": 0.75}, solver={"error_bars": True}))
-    assert setup.grid.size == pytest.approx((0.75, 0.75))
-    assert (room_for_coarse_runs(16), room_for_coarse_runs(24)) == (room_for_coarse_runs(20),) * 2
-
-
-def test_room_is_for_the_coarsest_of_the_coarse_runs():
-    for points, expected in ((16, 8), (30, 10), (32, 12), (33, 11), (47, 16), (64, 22), (100, 34)):
-        coarse = coarser(set_up(build(grid={"points": points})), COARSENED, (1,))
-        assert coarse.grid.nx == coarse.grid.ny == expected

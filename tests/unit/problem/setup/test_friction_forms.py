@@ -59,24 +59,6 @@ def test_partial_slip_is_refused(friction, path):
     assert {form.source for form in forms.values()} == {"Hertz"}
 
 
-def test_torque_has_no_closed_form():
-    forms = forms_of({"coefficient": 0.1, "shear_limit": 100.0}, [{"P": 400.0}, {"Mz": 1.0}])
-    assert forms.tangential(1) is None
-
-
-def test_a_shear_limit_far_below_the_friction():
-    """Coefficients beyond what matters change nothing."""
-    one, other = (
-        forms_of({"coefficient": mu, "shear_limit": 10.0}, [{"P": 400.0}, {"Qx": 1.0}], coupling="none").tangential(1)
-        for mu in (1e3, 1e6)
-    )
-    assert one is not None
-    assert other is not None
-    assert 0.28 < one.stick_radius < 0.29
-    assert other.stick_radius == pytest.approx(one.stick_radius, rel=1e-6)
-    assert other.displacements() == pytest.approx(one.displacements(), rel=1e-5)
-
-
 def test_a_round_formula_about_the_contact_has_one():
     surface = {"sphere": {"radius": 10.0, "center": [0.1, 0.0]}}
     parts = {"surface": surface, "coupling": "none"}
@@ -112,18 +94,6 @@ def test_a_stage_that_lowers_friction_too_far_is_warned_of():
     assert warning.startswith("stage.3: 36 N is not below the 32 N (sum of the friction limit) that friction carries")
     held = set_up(build(friction=0.2, grid={"points": 64}, load_path=[*path[:2], {"friction": 0.1}]))
     assert not [text for text in case_warnings(held) if "gross slip" in text]
-
-
-def test_a_force_beyond_is_warned_of():
-    setup = set_up(
-        build(
-            friction={"coefficient": 0.1, "shear_limit": 100.0},
-            grid={"points": 64},
-            load_path=[{"P": 400.0}, {"Qx": 30.0}],
-        )
-    )
-    (warning,) = (text for text in case_warnings(setup) if "gross slip" in text)
-    assert "30 N is not below the 26.3437 N (sum of the friction limit) that friction carries" in warning
 
 
 @pytest.mark.parametrize(

@@ -34,14 +34,6 @@ def test_the_work_of_a_case_decides(installed):
     assert compiled("grid.points=2048", short)
 
 
-def test_friction_and_coupling_add_work(installed):
-    saved = []
-    for overrides in (["friction=0", "load_path=[{P: 400}]"], ["coupling=none"], []):
-        setup = set_up(load_case(ROOT / "cases" / "mode1_dissimilar.yaml", ["expect=[]", "grid.points=64", *overrides]))
-        saved.append(setup.seconds_saved / setup.load_path.increments)
-    assert saved == sorted(set(saved))
-
-
 @pytest.mark.parametrize(("asked", "expected"), [("0", False), ("1", True)])
 def test_the_environment_decides_if_it_says_so(installed, monkeypatch, asked, expected):
     monkeypatch.setenv("FRETSOLVE_NUMBA", asked)
@@ -59,17 +51,6 @@ def test_without_numba_nothing_is_compiled(installed, monkeypatch):
     monkeypatch.setattr(problem, "compiler_installed", lambda: False)
     monkeypatch.setenv("FRETSOLVE_NUMBA", "1")
     assert not compiled("grid.points=2048")
-
-
-def test_a_contact_of_area_imports_nothing_of_line_contacts():
-    code = """if True:
-        import sys
-        from fretsolve import load_case, run
-        case = load_case("cases/mode1_similar.yaml", ["grid.points=32", "expect=[]"])
-        list(run(case))
-        print(*(name for name in sys.modules if "line" in name.removeprefix("fretsolve") and "fretsolve" in name))"""
-    child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert child.stdout.split() == []
 
 
 def test_a_short_run_does_not_import_numba(installed):

@@ -34,16 +34,6 @@ def test_values_of_a_cycle():
     assert found["work_total"] == pytest.approx(1.25 * CATTANEO.work_per_cycle)
 
 
-def test_after_unloading_the_shear_is_that_of_masing():
-    shear = forms_of(load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE}, {"Qx": 0.0}]).partial_slip(2)
-    assert shear is not None
-    x = np.linspace(-A, A, 2001)
-    found = shear.shear(x)
-    assert found is not None
-    assert np.trapezoid(found, x) == pytest.approx(0.0, abs=1e-3)
-    assert shear.stick_half_width == pytest.approx(A * math.sqrt(1.0 - 0.3))
-
-
 @pytest.mark.parametrize(
     "keys",
     [
@@ -90,11 +80,6 @@ class TestBulkStress:
         assert found["stick_center_x"] == pytest.approx(0.2 * A)
         assert found["work_total"] == pytest.approx(0.75 * 1.05826e-3, rel=1e-5)
 
-    def test_alone_it_has_a_stick_zone_but_no_energy(self):
-        found = values_of(1, load_path=[{"P": LOAD}, {"bulk_1": {"xx": -0.2 * UNIT}}])
-        assert found["stick_radius"] == pytest.approx(0.810483 * A, rel=1e-5)
-        assert "work_total" not in found
-
     def test_where_slip_reverses_part_of_a_reversal_is_unknown(self):
         stages = [{"Qx": part * 9.0, "bulk_2": {"xx": part * 0.2 * UNIT}} for part in (1.0, -0.5, -1.0)]
         first, half, whole = (forms_of(load_path=[{"P": LOAD}, *stages]).partial_slip(stage) for stage in (1, 2, 3))
@@ -102,12 +87,6 @@ class TestBulkStress:
         assert first is not None and whole is not None
         assert whole.stick_center == pytest.approx(first.stick_center)
         assert first.shear(np.zeros(1)) is None
-
-    def test_the_same_in_both_bodies_does_nothing(self):
-        stress = {"xx": 100.0}
-        forms = forms_of(load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_1": stress, "bulk_2": stress}])
-        shear = forms.partial_slip(1)
-        assert shear is not None and shear.stick_center == 0.0
 
 
 @pytest.mark.parametrize(("b", "known"), [(0.2, True), (0.29, True), (0.31, False), (0.5, False)])

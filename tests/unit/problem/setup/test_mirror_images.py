@@ -6,7 +6,6 @@ import pytest
 from solving import DISSIMILAR, build
 
 from fretsolve.cli.case_summary import mirror_lines
-from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.simulation.problem_setup import set_up
 
 PATH = [{"P": 400.0, "increments": 3}, {"Qx": 20.0, "increments": 2}, {"Mz": 1.0, "increments": 4}]
@@ -58,9 +57,3 @@ def test_validate_says_which():
     assert line == "mirror images about y = 0: the first 1 increment is solved on the half y > 0"
     (line,) = mirror_lines(setup_of(PATH))
     assert line == "mirror images about y = 0: the first 5 increments are solved on the half y > 0"
-
-
-def test_they_cost_half():
-    even, odd = estimate(setup_of(grid={"points": 256})), estimate(setup_of(grid={"points": [256, 257]}))
-    assert even.applications == pytest.approx(odd.applications / 2, rel=0.01)
-    assert even.seconds < 0.6 * odd.seconds

@@ -37,17 +37,6 @@ def test_width_of_the_contact(surface: object, width: float | None) -> None:
     assert forms_of(surface).contact_width(5.0) == (None if width is None else pytest.approx(width))
 
 
-def test_a_cylinder_counts_as_a_line_contact_unless_it_is_crowned() -> None:
-    found = forms_of(STRAIGHT).cylinder(None)
-    assert found is not None
-    assert found.load == pytest.approx(400.0 / 1.6)
-    assert forms_of({"cylinder": {"radius": 10.0, "axis": 0.0}}).cylinder(None) is None
-    assert (
-        forms_of({"cylinder": {"radius": 10.0, "axis": 0.0, "length": 2.0, "crown_radius": 500.0}}).cylinder(5.0)
-        is None
-    )
-
-
 def test_the_hardest_pressed_load_of_a_punch_counts() -> None:
     surface = {"punch": {"radius": 0.4}}
     one, other = (forms_of(surface, {"P": 100.0}, {"P": load}).punch for load in (400.0, 50.0))
@@ -59,9 +48,3 @@ def test_the_hardest_pressed_load_of_a_punch_counts() -> None:
     assert moved is not None
     assert moved.load == pytest.approx(400.0)
     assert forms_of(surface, {"P": 400.0, "My": 1.0}).punch is None
-
-
-def test_a_tilted_sphere_has_no_contact_of_hertz() -> None:
-    forms = forms_of({"sphere": {"radius": 10.0}}, {"P": 400.0}, {"P": 400.0, "phi_y": 1e-3})
-    assert forms.hertz[0] is not None
-    assert (forms.hertz[1], forms.largest) == (None, None)

@@ -11,7 +11,6 @@ from solving import SPHERE, build
 
 from fretsolve.errors import CaseError
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.unresolved_heights import HeightProfiles
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.problem_setup import set_up
@@ -96,11 +95,6 @@ def test_form_and_tilt_in_the_map_hide_nothing(tmp_path: Path) -> None:
         assert not warned(smooth)
 
 
-def test_pressing_by_displacement_is_warned_of_too(tmp_path: Path) -> None:
-    assert warned(ridges(tmp_path, load_path=[{"delta_z": 9e-3}]))
-    assert not warned(ridges(tmp_path, height=1e-9, load_path=[{"delta_z": 9e-3}]))
-
-
 def test_noise_without_effect_takes_no_points(tmp_path: Path) -> None:
     file = tmp_path / "noise.npy"
     noise = np.random.default_rng(1).standard_normal((801, 801))
@@ -138,30 +132,3 @@ def test_bars_are_not_small(tmp_path: Path) -> None:
     (state,) = run_with_error_bars(ridges(tmp_path, wave=0.1))
     assert state.errors is not None
     assert state.errors.contact_radius_error < 0.1 * state.summary.contact_radius
-
-
-def test_holes_and_maps_smaller_than_the_grid_are_no_obstacle(tmp_path: Path) -> None:
-    file = tmp_path / "holes.npy"
-    heights = HEIGHT * np.sin(2.0 * np.pi * np.arange(200) * SPACING / WAVE)[:, None] * np.ones(200)
-    heights[50:60, 50:60] = np.nan
-    np.save(file, heights)
-    surface = [SPHERE, {"heights": {"file": str(file), "spacing": SPACING, "center": [0.1, 0.1]}}]
-    setup = set_up(build(surface=surface, grid={"points": 72, "size": 0.71}))
-    assert missed(setup) == pytest.approx(1.0, abs=0.1)
-    flat = tmp_path / "flat.npy"
-    np.save(flat, np.zeros((300, 300)))
-    surface = [SPHERE, {"heights": {"file": str(flat), "spacing": SPACING}}]
-    assert missed(set_up(build(surface=surface, grid={"points": 16, "size": 0.71}))) == 0.0
-
-
-def test_slope_and_ridge_of_a_wedge() -> None:
-    """Of the separation s |x|: facets of the slope s that meet under the angle 2 s, which longer cells cut off."""
-    x = 0.01 * np.arange(-20, 21)
-    wedge = np.repeat(3e-3 * np.abs(x)[:, None], 4, axis=1)
-    profiles = HeightProfiles((wedge, np.zeros((4, 41))), (0.01, 0.02))
-    assert profiles.slope(0) == pytest.approx(3e-3)
-    assert profiles.slope(1) == 0.0
-    assert profiles.ridge(0, 0.005) == pytest.approx(6e-3)
-    assert profiles.ridge(0, 0.01) == 0.0
-    assert HeightProfiles((-wedge, wedge), (0.01, 0.01)).ridge(0, 0.005) < 1e-15
-    assert profiles.most_points(1, 0.8) == 100

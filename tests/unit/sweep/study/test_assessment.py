@@ -21,13 +21,12 @@ from fretsolve.sweep.study.assessment import (
     PICTURE_NAME,
     Assessment,
     assess,
-    front,
     require_own_folder,
     write_study_csv,
     write_study_hdf5,
 )
 from fretsolve.sweep.study.plan import StudyPlan
-from fretsolve.sweep.study.report import advice, notes, two_digits
+from fretsolve.sweep.study.report import advice, notes
 
 
 def made_up(plan: StudyPlan, seconds: Sequence[float], values: Sequence[Sequence[float]]) -> Assessment:
@@ -39,11 +38,6 @@ def outcome(seconds: float, values: Sequence[float], peaks: Sequence[float] | No
     """The outcome of a run in one increment."""
     largest = np.abs(values if peaks is None else peaks)
     return CaseOutcome(np.array(values), np.full(len(values), np.nan), 1, seconds, 1, largest)
-
-
-def test_front() -> None:
-    assert front([3.0, 1.0, 2.0, 2.0, 4.0], [1.0, 3.0, 2.0, 1.5, 1.0]) == [True, True, False, True, False]
-    assert front([], []) == []
 
 
 def test_errors_marks_and_advice(tmp_path: Path) -> None:
@@ -63,13 +57,6 @@ def test_errors_marks_and_advice(tmp_path: Path) -> None:
     assert second.startswith("for 1 % in all but stick_radius (10 %): 16 x 16: delta_x within 0.50 %")
     assert third.startswith("for 0.1 %: no other run meets it; the nearest is 24 x 24")
     assert fourth.startswith("for 0.1 % in all but stick_radius (0.50 %) and work_total (0.50 %): 24 x 24: ")
-
-
-def test_errors_of_components_refer_to_their_largest_value(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, ["grid.points=8,16"], quantities=["delta_x@2", "work_total@2"])
-    study = assess(plan, [outcome(1.0, values, [2.0, 80.0]) for values in ([0.1, 4.0], [0.3, 3.0])])
-    np.testing.assert_allclose(study.scales, [2.0, 4.0])
-    np.testing.assert_allclose(next(row for row in study.rows if row.compared).errors, [0.1, 0.25])
 
 
 def test_the_worst_of_all_stages_counts(tmp_path: Path) -> None:
@@ -103,37 +90,6 @@ def test_what_the_reference_does_not_know_is_left_out(tmp_path: Path) -> None:
     study = assess(plan, [outcome(2.0, [2.0, math.nan, 0.0], [2.0, 2.0, 0.0]), outcome(1.0, [2.1, 2.0, 0.0])])
     assert [row.worst for row in study.rows] == pytest.approx([0.05, math.nan], nan_ok=True)
     assert "left out, since 0 or not known: delta_z (stage 2), delta_y (stage 2)" in list(notes(study))
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.0, "0"), (0.1, "0.10"), (1.23, "1.2"), (9.96, "10"), (1234.5, "1234"), (1.2e-6, "1.2e-06"), (math.nan, "-")],
-)
-def test_two_digits(value: float, text: str) -> None:
-    assert two_digits(value) == text
-
-
-def test_picture_has_a_panel_per_quantity_with_the_front(tmp_path: Path) -> None:
-    from fretsolve.sweep.study.plot import trade
-
-    plan = plan_of(tmp_path, ["grid.points=8,16,24,32"], quantities=["delta_x@4", "work_total@1", "work_total@4"])
-    values = [[2.0, 4.0, 4.0], [1.9, 4.0, 4.1], [1.8, 4.0, 4.0], [1.99, 4.01, 4.0]]
-    study = made_up(plan, [9.0, 1.0, 2.0, 4.0], values)
-    figure = trade(study, "title")
-    worst, delta_x, work = figure.axes[:3]
-    titles = [axes.get_title() for axes in figure.axes[:3]]
-    assert titles == [
-        "worst of the quantities",
-        r"rigid displacement along x $\delta_x$, stage 4",
-        "dissipated energy, worst of stages 1,4",
-    ]
-    np.testing.assert_allclose(delta_x.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
-    np.testing.assert_allclose(worst.lines[0].get_data(), [[1.0, 4.0], [5.0, 0.5]])
-    assert work.lines[0].get_data()[0].tolist() == [1.0, 2.0]
-    assert "0" in [text.get_text() for text in work.texts]  # the one without an error, at the bottom
-    assert [text.get_text() for text in delta_x.texts] == ["8", "24"]
-    labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels[:4] == ["points 8", "points 16", "points 24", "points 32"]
 
 
 def test_picture(tmp_path: Path) -> None:

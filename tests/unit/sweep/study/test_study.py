@@ -5,23 +5,18 @@ from __future__ import annotations
 import csv
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 from command_line import PATIENCE, finish, invoke, refused, start
 from line_cases import LINE
-from small_cases import LOOP, TWO_CYCLES, UNLIKE_SHEARED, write_case
-from studying import BRIEF, EVERY, EXPECT, plan_of
+from small_cases import LOOP, TWO_CYCLES, write_case
+from studying import BRIEF, EVERY, EXPECT
 
 import fretsolve.cli.commands.study as command
 from fretsolve import open_result
-from fretsolve.cli.case_messages import CaseMessages
-from fretsolve.sweep.case_run import run_serially
 
 
 @pytest.fixture
@@ -79,18 +74,6 @@ def test_study_and_its_files(tmp_path: Path, undrawn: None) -> None:
 
 def percentages(rows: list[dict[str, str]], quantity: str) -> list[float]:
     return [float(row[f"error of {quantity} (%)"] or "nan") for row in rows]
-
-
-def test_table_has_all_quantities_and_marks(tmp_path: Path, undrawn: None) -> None:
-    result = invoke("study", write_case(tmp_path, LOOP), "--vary", "grid.points=8,10,12")
-    table = result.stdout[result.stdout.index("points") :].splitlines()
-    for heading in ("worst", "delta_z", "delta_x", "contact", "stick", "max", "work"):
-        assert heading in result.stdout
-    rows = table[table.index(next(line for line in table if "─" in line)) + 1 :][:3]
-    reference = next(row for row in rows if "reference" in row)
-    assert reference.split()[0] == "12"
-    assert any(row.split()[0] == "*" for row in rows)
-    assert "for 1 %" in result.stdout
 
 
 def test_second_call_runs_nothing_and_a_larger_one_only_what_is_new(
@@ -159,24 +142,6 @@ def test_expected_truth(tmp_path: Path, undrawn: None) -> None:
     assert float(truth["delta_x@2 (mm)"]) == 0.863748e-3
     assert "Qx@4 (N)" not in truth  # imposed: no run is off
     assert all(0.0 < float(row["error of delta_x@2 (%)"]) < 2.0 for row in rows)
-
-
-def test_a_worse_first_stage_counts(tmp_path: Path, undrawn: None) -> None:
-    """Pressing unlike bodies dissipates little, and few increments miss it."""
-    case = write_case(tmp_path, UNLIKE_SHEARED)
-    result = invoke("study", case, "--vary", f"{EVERY}=2,8", "--quantity", "work_total")
-    assert result.exit_code == 0, result.stderr
-    row, reference = sorted(rows_of(tmp_path / "case.study"), key=lambda row: row["role"] == "reference")
-    energies = []
-    for one, increments in ((row, 2), (reference, 8)):
-        with open_result(tmp_path / "case.study" / one["result"]) as solved:
-            energies.append(solved.history["work_total"][increments - 1 :: increments])
-    off = 100.0 * np.abs(energies[0] / energies[1] - 1.0)
-    assert off.shape == (2,)
-    assert off[0] > 3.0 * off[1]
-    np.testing.assert_allclose(percentages([row], "work_total@1") + percentages([row], "work_total@2"), off, rtol=1e-4)
-    assert float(row["worst error (%)"]) == pytest.approx(off[0], rel=1e-4)
-    assert "the error of a quantity is the worst over the ends of stages 1-2" in result.stdout
 
 
 def test_the_last_repetition_that_was_solved_stands_for_the_last(tmp_path: Path, undrawn: None) -> None:
@@ -289,32 +254,6 @@ def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
     assert f"{case}: {said}" in alone.stderr
 
 
-def stopping(after: int) -> tuple[Any, Callable[..., None], list[int]]:
-    """A request to stop that comes after so many increments, what counts them, and their steps."""
-    stop, steps = SimpleNamespace(requested=False), []
-
-    def show(case: object, summary: Any) -> None:
-        steps.append(summary.step)
-        stop.requested = len(steps) >= after
-
-    return stop, show, steps
-
-
-def test_stopped_run_is_resumed(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, ["grid.points=8,10"], quantities=["delta_x"])
-    (tmp_path / "case.study").mkdir()
-    stop, show, steps = stopping(after=6)
-    assert [report.increments for report in run_serially(plan.cases, stop, show)] == [4]
-    assert steps == [0, 1, 2, 3, 0, 1]
-    assert plan.cases[0].out.exists()
-    assert plan.cases[1].out.with_name(plan.cases[1].out.name + ".parts").is_dir()
-    stop, show, steps = stopping(after=100)
-    reports = list(run_serially(plan.cases, stop, show))
-    assert [report.wrote_result for report in reports] == [False, True]
-    assert steps == [2, 3]
-    assert [len(open_result(case.out).history["step"]) for case in plan.cases] == [4, 4]
-
-
 def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
     case = write_case(tmp_path, LOOP)
     words = ("study", case, "--vary", f"{EVERY}=20,21,22,23", "--quantity", "work_total@2", "--set", "grid.points=12")
@@ -334,24 +273,6 @@ def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
     assert code == 0
     assert [run["reused"] for run in runs_of(output)].count("yes") == done
     assert (tmp_path / "case.study/study.png").exists()
-
-
-def test_bar_counts_what_is_not_there_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = plan_of(tmp_path, ["grid.points=8,10"], quantities=["delta_x"])
-    plan.cases[0].out.parent.mkdir()
-    plan.cases[0].out.touch()
-    monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
-    messages = CaseMessages(plan.manifest, plan.manifest.missing(), 2, bar=True)
-    assert messages.bar is not None
-    (task,) = messages.bar.tasks
-    assert task.total == pytest.approx(plan.cases[1].expected.seconds)
-    messages.case(plan.cases[0].id)
-    assert (task.completed, task.fields["run"]) == (0.0, 2)
-    messages.increment(plan.cases[1], SimpleNamespace(step=1))  # type: ignore[arg-type]
-    assert task.completed == pytest.approx(0.5 * plan.cases[1].expected.seconds)
-    assert task.fields["detail"] == "8 x 8: increment 2/4"
-    messages.case(plan.cases[1].id)
-    assert task.finished
 
 
 def test_without_matplotlib_there_is_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from fretsolve import load_case
 from fretsolve.errors import CaseError
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.sweep.quantity import StageQuantity, listed, usual_quantities
-from fretsolve.sweep.study.plan import changes_the_problem, finest, read_variation, short, words
+from fretsolve.sweep.study.plan import finest, read_variation, short, words
 
 
 @pytest.mark.parametrize(
@@ -157,22 +157,6 @@ def test_of_a_repeated_cycle_the_last_repetition_is_judged(tmp_path: Path) -> No
     ]
 
 
-def test_the_shortest_load_path_says_which_stages_there_are(tmp_path: Path) -> None:
-    plan = plan_of(tmp_path, ["load_path.2.cycle.times=1,3"], quantities=["delta_x"])
-    assert names(plan.quantities) == ["delta_x@1", "delta_x@2", "delta_x@3", "delta_x@4"]
-
-
-def test_with_known_values_the_stages_count_that_have_one(tmp_path: Path) -> None:
-    varied, text = ["grid.points=8"], LOOP + EXPECT
-    plan = plan_of(tmp_path, varied, text=text, quantities=["delta_x"], kind="expect")
-    assert (names(plan.quantities), listed(plan.unknown)) == (["delta_x@2"], "delta_x (stages 1,3-4)")
-    plan = plan_of(tmp_path, varied, kind="closed-form")
-    assert [name for name in names(plan.quantities) if name.startswith(("delta_z", "work"))] == [
-        *("delta_z@1", "delta_z@2", "delta_z@3", "delta_z@4"),
-        *("work_total@2", "work_total@3", "work_total@4"),
-    ]
-
-
 @pytest.mark.parametrize(
     ("quantity", "message"),
     [
@@ -206,11 +190,6 @@ def test_finest_has_most_points_then_increments_then_terms_then_the_least_tolera
     assert plan.reference_words == f"the finest run, {told}"
     seconds = [case.expected.seconds for case in plan.cases[1:]]
     assert seconds == sorted(seconds)
-
-
-def test_spacing_of_increments_changes_no_problem() -> None:
-    changing = {"load_path.0.spacing": False, EVERY: False, "load_path.0.P": True, "friction": True, "coupling": False}
-    assert {key: changes_the_problem(key) for key in changing} == changing
 
 
 def test_known_values_hold_for_one_problem(tmp_path: Path) -> None:

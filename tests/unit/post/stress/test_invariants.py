@@ -1,14 +1,12 @@
-"""Invariants of stresses, means over blocks of cells, and the bounds of the largest stress on them."""
+"""Invariants of stresses."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from fretsolve.post.stress.edge import in_blocks, merged, rises
+from fretsolve.post.names import INVARIANTS
 from fretsolve.post.stress.invariants import invariant, largest, principal, von_mises
-from fretsolve.post.stress.names import INVARIANTS
-from fretsolve.post.stress.peaks import SurfaceBounds
 
 
 def tensors(stress):
@@ -52,29 +50,3 @@ def test_the_largest_values_are_those_of_all_cells(stress):
             assert value == pytest.approx(everywhere.max(), rel=1e-14)
             assert everywhere[cell] == pytest.approx(value, rel=1e-14)
     assert von_mises(np.zeros((6, 1))) == 0.0
-
-
-def test_blocks_that_fit() -> None:
-    field = np.arange(24.0).reshape(4, 6)
-    means = in_blocks(field, (2, 3), (0, 0), (2, 2))
-    assert means.tolist() == [[4.0, 7.0], [16.0, 19.0]]
-    # cells past the field count as 0
-    assert in_blocks(np.ones((3, 2)), (2, 2), (1, 0), (2, 1)).tolist() == [[0.5], [1.0]]
-
-
-def test_blocks_of_a_window_cover_it() -> None:
-    assert merged((slice(3, 8), slice(0, 5)), (2, 5)) == (slice(1, 4), slice(0, 1))
-
-
-def test_largest_bound_away_from_a_place() -> None:
-    bounds = SurfaceBounds(np.array([9.0, 7.0, 5.0]), np.array([[0.0, 2.0, 9.0], [0.0, 0.0, 3.0]]), 0.5)
-    here = np.array([0.0, 0.0])
-    assert bounds.most() == 9.0
-    assert [bounds.most(here, distance) for distance in (1.0, 2.0, 9.0)] == [7.0, 5.0, -np.inf]
-
-
-def test_a_trailing_edge_rises_and_a_leading_one_does_not():
-    """Columns: tension that grows with smaller cells, compression that grows, tension whose other parts change more."""
-    values = np.array([[100.0, 0.0, 100.0], [0.0, -90.0, 0.0], [0.0, -300.0, 0.0]])
-    change = np.array([[20.0, 40.0, 1.0], [5.0, -20.0, 0.0], [0.0, -60.0, 30.0]])
-    np.testing.assert_allclose(rises(values, change), [20.0, 0.0, 0.0])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +11,21 @@ import h5py
 import numpy as np
 import pytest
 from command_line import invoke
-from fake_states import fake_header, fake_states, some_errors, write_fake
+from fake_states import fake_header, fake_states, some_errors
 from line_cases import LOAD, SHEAR_FORCE, A, line_case
 from small_cases import CASE, case_error, write_case
-from solving import DISSIMILAR, HERTZ, SPHERE, build, setup_of
+from solving import DISSIMILAR, SPHERE, build, setup_of
 
-from fretsolve import load_case, open_result, run
+from fretsolve import load_case, open_result
 from fretsolve.errors import CaseError
 from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import ERRORS, HISTORY
-from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
+from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.simulation.error_bars import coarse_runs
-from fretsolve.simulation.error_bars.coarse_runs import CoarseRun, CoarseRuns, coarser
-from fretsolve.simulation.error_bars.error_bars import ErrorBars, frictions_of, run_with_error_bars
-from fretsolve.simulation.error_bars.floors import UNSEEN_STICK
+from fretsolve.simulation.error_bars.coarse_runs import coarser
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.problem_setup import set_up
 
 COUPLED = CASE.split("expect:")[0].replace("0.3}", "0.1}", 1).replace("increments: 1}", "increments: 4}")
@@ -46,18 +44,6 @@ def test_every_estimated_value_is_one_of_the_history() -> None:
         assert quantity.units == names[quantity.name.removesuffix("_error")].units
         assert quantity.long_name.startswith("estimated error of ")
     assert [quantity.name for quantity in ERRORS] == list(SummaryErrors.__dataclass_fields__)
-
-
-def test_bars_hold_the_errors_of_hertz_and_cost_little() -> None:
-    ((state, errors),) = with_bars(setup_of(32, friction=0.0))
-    found = state.summary
-    exact = {"delta_z": HERTZ.delta_z, "contact_radius": HERTZ.contact_radius, "max_pressure": HERTZ.max_pressure}
-    for name, value in exact.items():
-        bar = getattr(errors, f"{name}_error")
-        assert abs(getattr(found, name) - value) < bar < 0.01 * value
-    assert errors.P_error < 1e-6 * found.P
-    assert 0.0 < errors.coarse_runs_applications < 0.5 * found.operator_applications
-    assert errors.coarse_runs_wall_time > 0.0
 
 
 def test_bars_hold_the_errors_of_half_widths_and_middles() -> None:
@@ -84,59 +70,6 @@ def test_increments_have_their_part_in_the_bar() -> None:
     assert few[1].work_total_error > 2.0 * many[1].work_total_error
     assert abs(few[0].summary.work_total - many[0].summary.work_total) < few[1].work_total_error
     assert sum(errors.work_error for _, errors in rows) >= 0.5 * few[1].work_total_error
-
-
-def test_next_to_sliding_the_turning_shear_is_in_the_bar() -> None:
-    """Bodies alike at constant pressure: one increment is as good as many, until next to nothing sticks."""
-
-    def end(force: float, increments: int) -> tuple[float, float]:
-        setup = setup_of(24, load_path=[{"P": 400.0}, {"Qx": force, "increments": increments}])
-        *_, (state, errors) = with_bars(setup)
-        return state.summary.delta_x, errors.delta_x_error
-
-    (few, bar), (many, _) = end(39.99, 10), end(39.99, 40)
-    assert bar > abs(few - many) > 0.02 * many
-    far_from_it, many_far = end(36.0, 1), end(36.0, 10)
-    assert abs(far_from_it[0] - many_far[0]) < far_from_it[1] < 0.01 * many_far[0]
-
-
-def test_imposed_values_have_the_bar_of_their_residual() -> None:
-    setup = setup_of(load_path=[{"P": 400}, {"delta_x": 5e-4, "increments": 2}])
-    rows = with_bars(setup)
-    assert rows[-1][1].P_error < 1e-6 * 400.0
-    assert rows[-1][1].delta_x_error < 1e-6 * 5e-4
-    assert rows[-1][1].Qx_error > 1e-3
-    for _, errors in rows:
-        assert all(value >= 0.0 for name, value in vars(errors).items() if name.endswith("_error"))
-
-
-def test_stick_zone_may_hide_where_no_cell_sticks() -> None:
-    setup = setup_of(load_path=[{"P": 400}, {"delta_x": 1.2e-3, "increments": 1}])
-    rows = with_bars(setup)
-    assert rows[-1][0].summary.stick_radius == 0.0
-    assert 0.3 * setup.grid.dx < rows[-1][1].stick_radius_error < 1.5 * UNSEEN_STICK * setup.grid.dx
-    ((_, frictionless),) = with_bars(setup_of(friction=0.0))
-    assert frictionless.stick_radius_error < 0.1 * setup.grid.dx
-
-
-def test_nothing_sticks_where_all_slides() -> None:
-    """By displacement: next to gross slip a zone of less than a cell may stick, and in it none."""
-    path = [{"P": 400.0}, {"delta_x": 4e-3, "increments": 8}]
-    bars = with_bars(set_up(build(grid={"points": 24}, load_path=path)))
-    last, errors = bars[-1]
-    assert last.summary.stick_radius == 0.0
-    assert errors.stick_radius_error < 1e-3 * last.summary.contact_radius
-    first = next(place for place, (state, _) in enumerate(bars) if state.summary.stick_radius == 0.0)
-    assert bars[first][1].stick_radius_error > 0.1 * last.summary.contact_radius / 12.0  # the increment that begins to
-
-
-def test_the_corrected_energy_never_falls() -> None:
-    path = [{"P": 400.0, "increments": 4}, {"Qx": 20.0, "increments": 3}, {"Qx": 10.0, "increments": 3}]
-    bars = with_bars(set_up(build(bodies=DISSIMILAR, grid={"points": 20}, load_path=path)))
-    totals = [errors.work_total_corrected for _, errors in bars]
-    assert all(later >= earlier >= 0.0 for earlier, later in pairwise(totals))
-    works = [errors.work_corrected for _, errors in bars]
-    assert min(works) >= -1e-15 and sum(works) == pytest.approx(totals[-1], rel=1e-9)
 
 
 def test_bars_go_on_where_a_run_goes_on() -> None:
@@ -187,33 +120,6 @@ def test_surface_that_the_coarse_cells_miss_leaves_unknown_bars(tmp_path: Path) 
     assert told and "the coarse run on 8 x 8 cells with 1 increment has no solution" in told[0]
 
 
-def test_the_friction_of_a_stage_decides_what_is_left_of_its_limit() -> None:
-    path = [{"P": 400, "increments": 1}, {"friction": 0.2}, {"Qx": 20, "increments": 2}]
-    assert frictions_of(setup_of(friction=0.1, load_path=path)) == [0.1, 0.2, 0.2]
-
-
-def test_equal_coarse_grids_show_each_increment() -> None:
-    """On 16 points both have 8: between their increments the values are interpolated, and none is left out."""
-    setup = setup_of(16, bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 8}])
-    bars, place = ErrorBars(setup), ESTIMATED.index("delta_z")
-    found = []
-    for state in run(setup):
-        bars.of(state)
-        found.append(bars._differences(state.summary.step)[1][place])
-    assert len(set(found)) == 8 and 0.0 not in found
-
-
-@pytest.mark.parametrize("count", [6, 12])
-def test_energy_of_the_first_stage_is_corrected_by_its_own_order(count: int) -> None:
-    """On the coarse grid itself: a fifth of the error of the increments is left at most, by the first order more."""
-    path = [{"P": 400, "increments": count}]
-    setup = set_up(build(grid={"points": 72, "size": 0.8}, bodies=DISSIMILAR, friction=0.1, load_path=path))
-    runs, place = CoarseRuns(setup, 1), ESTIMATED.index("work_total")
-    few, many = (CoarseRun(coarser(setup, 3, (n,)), 1).values(n - 1)[place] for n in (count, 96))
-    change = runs.change_by_increments(count - 1)[place]
-    assert abs(few + change - many) < 0.2 * abs(few - many)
-
-
 def test_an_automatic_area_leaves_room_for_coarse_runs_in_python_too() -> None:
     case = build(
         bodies=["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.2}],
@@ -242,13 +148,6 @@ def test_memory_and_time_count_the_coarse_runs() -> None:
     )
     assert 1.2 * plain.memory < barred.memory < 1.6 * plain.memory
     assert 1.3 * plain.seconds < barred.seconds < 1.6 * plain.seconds
-
-
-def test_history_holds_them_with_units(tmp_path: Path) -> None:
-    with open_result(write_fake(tmp_path / "out.h5", count=6, errors=True)) as result:
-        index = list(SummaryErrors.__dataclass_fields__).index("delta_x_error")
-        np.testing.assert_allclose(result.history["delta_x_error"], 0.1 * np.arange(6) + index)
-        assert result.units("delta_x_error") == "mm"
 
 
 def test_bars_come_with_every_increment_or_none(tmp_path: Path) -> None:
@@ -341,20 +240,6 @@ def test_values_next_to_nothing_are_marked(tmp_path: Path) -> None:
     assert names == [] and "next to nothing" not in shown
 
 
-def test_run_without_them_has_no_columns(tmp_path: Path) -> None:
-    assert invoke("run", write_case(tmp_path), "-q").exit_code == 0
-    with open_result(tmp_path / "case.h5") as result:
-        assert not [name for name in result.history if name.endswith("_error")]
-    assert "error" not in invoke("show", tmp_path / "case.h5").stdout
-
-
-def test_bars_of_a_run_that_is_there_cost_nothing_again() -> None:
-    setup = setup_of(bodies=DISSIMILAR, load_path=[{"P": 400, "increments": 2}])
-    (first, _), (second, bars) = with_bars(setup)
-    again = ErrorBars(setup, [first.summary]).of(second)
-    assert again.coarse_runs_applications == bars.coarse_runs_applications
-
-
 def test_study_compares_corrected_values(tmp_path: Path) -> None:
     case = write_case(tmp_path, COUPLED)
     vary = ("--vary", "grid.points=24,36", "--vary", "load_path.*.increments=2,8", "--quantity", "delta_x")
@@ -410,38 +295,9 @@ def test_study_makes_its_runs_without_them(tmp_path: Path) -> None:
             assert "delta_x_error" not in result.history
 
 
-def at_end(case: Any) -> tuple[Summary, SummaryErrors]:
-    """Return the values at the end of a case, and their error bars."""
-    *_, last = run_with_error_bars(case)
-    assert last.errors is not None
-    return last.summary, last.errors
-
-
-@pytest.mark.parametrize("increments", [8, 32])
-def test_bars_of_gross_slip_are_narrow(increments: int) -> None:
-    """Unlike bodies are pushed far beyond gross slip, where the force is friction times P."""
-    path = [{"P": 400.0, "increments": 8}, {"delta_x": 0.03, "increments": increments}]
-    case = build(bodies=DISSIMILAR, grid={"points": 32}, load_path=path)
-    summary, errors = at_end(case)
-    assert summary.Qx == pytest.approx(40.0, rel=1e-6)
-    assert errors.Qx_error < 1e-3 * summary.Qx
-    assert errors.work_total_error < 0.01 * summary.work_total
-
-
 @pytest.mark.parametrize(
     ("parts", "few"), [({"grid": {"points": [24, 12]}}, "24 x 12"), ({"grid": {"points": 12}}, "12 x 12")]
 )
 def test_too_few_points_for_coarse_runs_are_refused(parts: dict[str, Any], few: str) -> None:
     with pytest.raises(CaseError, match=f"^grid.points: {few} are too few for error bars; 16 or more per side are"):
         next(run_with_error_bars(build(**parts)))
-
-
-def test_moments_keep_the_largest_correction_as_the_shear_goes_back_and_have_none_without_a_load() -> None:
-    """Unlike bodies get a moment by shear, whose correction may be 0 by chance after a reversal."""
-    loads = [{"Qx": 60.0}, {"Qx": -60.0}, {"P": 0.0, "Qx": 0.0}]
-    path = [{"P": 400.0, "increments": 4}, *({**load, "increments": 2} for load in loads)]
-    rows = with_bars(setup_of(24, bodies=DISSIMILAR, friction=0.3, load_path=path))
-    bars = {state.summary.stage: errors.My_error for state, errors in rows}
-    assert bars[3] > 0.9 * bars[2]
-    assert rows[-1][0].summary.My == 0.0
-    assert bars[4] < 0.2 * bars[3]

@@ -1,9 +1,9 @@
-"""Names of fatigue parameters in files and tables. Loads no NumPy."""
+"""Names of stress quantities and fatigue parameters, and of their files. Loads no NumPy."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import get_args
+from typing import Literal, get_args
 
 from fretsolve.case.keys.output_spec import CriterionName
 
@@ -23,3 +23,19 @@ WORST_NAMES = {f"{dataset_name(criterion)}_max": criterion for criterion in CRIT
 def fatigue_path(source: Path) -> Path:
     """Return the name of the file of fatigue parameters beside a result or a file of stresses."""
     return source.with_name(source.name.removesuffix(source.suffix).removesuffix(".stress") + ".fatigue.h5")
+
+
+Invariant = Literal["mises", "tension", "tresca"]
+
+INVARIANTS: tuple[Invariant, ...] = ("mises", "tension", "tresca")
+
+OUTERMOST = "in the last cells that were looked at: it may be larger beyond; a larger --window shows"
+"""What is said of a largest value at the end of the window."""
+
+PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)
+"""Columns with the largest stresses."""
+
+
+def stress_path(result: Path) -> Path:
+    """Return the name of the file of stresses beside a result."""
+    return result.with_suffix(".stress.h5")
