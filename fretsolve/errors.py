@@ -144,6 +144,6 @@ def dotted(key: KeyPath) -> str:
 
 
 def located(message: str, key: KeyPath, file: Path | str | None, line: int | None) -> str:
-    """Return one line, ``FILE:LINE: key.path: message``, of those of its parts that are known."""
+    """Return one line, ``FILE:LINE: key.path: message``, of the parts that are known."""
     place = [f"{file}:{line}" if line is not None else str(file)] if file is not None else []
     return printable(": ".join([*place, *([shortened(dotted(key))] if key else []), message]))

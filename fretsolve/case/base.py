@@ -19,13 +19,13 @@ Entries = TypeVar("Entries", bound=tuple[Any, ...])
 class CaseModel(BaseModel):
     """A mapping of the case file. It cannot be changed, and other keys than its own are refused."""
 
-    # Only `Case` builds a validator, when it is first used; those of its parts are built if they are used alone.
+    # Only `Case` builds a validator, when it is first used; its parts build validators if they are used alone.
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 @dataclass(frozen=True)
 class Repeated:
-    """Annotation of a tuple: in the file, a single value stands for `count` of it."""
+    """Annotation of a tuple: in the file, a single value stands for `count` equal values."""
 
     count: int
 

@@ -71,11 +71,11 @@ SMALLER_UNITS = {
     "mJ/mm^2": ("mJ/mm^2", "uJ/mm^2", "nJ/mm^2"),
     "rad": ("rad", "mrad", "urad"),
 }
-"""Units of a result, each with those that are 1000 and 1e6 times smaller."""
+"""Units of a result, each with the units 1000 and 1e6 times smaller."""
 
 
 def smaller_unit(unit: str, largest: float) -> tuple[str, float]:
-    """Return the unit of which `largest`, a size in `unit`, is at least a tenth, and the factor that converts to it."""
+    """Return the largest unit in which `largest`, a size in `unit`, is at least 0.1, and the factor into that unit."""
     units = SMALLER_UNITS.get(unit, (unit,))
     chosen = next((k for k in range(len(units)) if largest * 1e3**k >= 0.1), len(units) - 1 if largest else 0)
     return units[chosen], 1e3**chosen

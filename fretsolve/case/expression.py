@@ -1,6 +1,6 @@
 """Read a formula of the case file, such as ``0.1 + 0.2*(r < 0.1 mm)``, without evaluating text as Python.
 
-The text is parsed by Python's own parser; each node of the tree must be one of those listed here. A number followed by
+The text is parsed by Python's own parser; each node of the tree must be listed here. A number followed by
 a unit of length stands for that length in mm. Comparisons are 1 where they hold and 0 elsewhere.
 """
 

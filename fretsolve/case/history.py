@@ -57,7 +57,7 @@ def moment_sign(names: Sequence[str]) -> str:
 
 
 def _of(dimension: Dimension, meaning: str, units: str | None = None) -> dict[str, Any]:
-    """Return what describes a quantity. units: in a result file, if not those of the dimension."""
+    """Return what describes a quantity. units: in a result file, if they differ from the dimension's units."""
     return {"dimension": dimension, "meaning": meaning, "units": units or dimension.stored}
 
 
@@ -65,11 +65,11 @@ def _of(dimension: Dimension, meaning: str, units: str | None = None) -> dict[st
 class Summary:
     """One row of the history: attribute names are the names of the datasets in ``/history``.
 
-    Forces and moments are those transmitted through the contact; displacements and rotations those of
-    body 1 relative to body 2. `work` is the energy dissipated in the increment, `work_total` since the start.
-    Bulk stresses are columns only in results of cases that have one, spots in those of several surfaces or of a height
-    map; -1 stands for what was not counted. Wear is there only in results of cases that have it; `work_total` then
-    counts all the cycles that solved ones stand for.
+    The contact transmits the forces and moments; body 1 moves and turns by the displacements and rotations relative to
+    body 2. `work` is the energy dissipated in the increment, `work_total` since the start. Only cases with bulk stress
+    have columns for it, only cases with several surfaces or a height map have columns for spots; -1 stands for what was
+    not counted. Only cases with wear have columns for wear; `work_total` then counts all the cycles that solved ones
+    stand for.
     """
 
     step: int = field(metadata=_of(NUMBER, "increment, counted from 0"))

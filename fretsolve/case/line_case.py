@@ -1,7 +1,7 @@
 """The case of a line contact (`plane: strain`): one row of cells along x, and loads per mm of the line's length.
 
-The models are those of a contact on an area without the keys that a line has no use for, and with the same attributes,
-so that the other modules read them alike.
+The models have the attributes of the models of a contact on an area, without the keys that a line has no use for, so
+that the other modules read both alike.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ from fretsolve.case.quantities import InUnits, refused, shown
 class AlongX:
     """Annotation of a pair (along x, along y): in the file, the value along x alone.
 
-    other: the value along y; None for that along x. automatic: whether `auto` stands for None.
+    other: the value along y; None for the value along x. automatic: whether `auto` stands for None.
     """
 
     other: float | None = None

@@ -22,7 +22,7 @@ from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath, dotted, 
 File = TypeVar("File", bound=BaseModel)
 
 EVERY_STAGE = ("stage.*.", "load_path.*.")
-"""Beginnings of a key that stands for that of every stage, those of cycles included."""
+"""Beginnings of a key that sets the key of every stage, stages of cycles included."""
 
 MATERIAL = ("output", "fatigue", "material")
 """The key that may name a file of constants."""
@@ -121,7 +121,7 @@ def load_case(path: str | Path, overrides: Sequence[str] = ()) -> Case:
     """Read and validate a case file.
 
     overrides: ``KEY=VALUE`` texts, the key dotted and the value YAML, applied in order before validation;
-    ``stage.*.increments`` is that of every stage.
+    ``stage.*.increments`` sets the increments of every stage.
     Raises `CaseError` for what is wrong in the file or an override (`CaseErrors` for several problems, one
     line each), `FileError` if the file cannot be read.
     """
@@ -234,7 +234,7 @@ def _overridden(data: Any, source: CaseSource, text: str, given: str) -> tuple[A
 def _without_constants(data: Any, key: KeyPath, source: CaseSource) -> Any:
     """Return data without what the file says of the body of which an override, the last of `source`, names a material.
 
-    Else the constants of the file would hold beside the name. Those that other overrides give stay.
+    Else the constants of the file would hold beside the name. Constants from other overrides stay.
     """
     if len(key) != 3 or (key[0], key[2]) != ("bodies", "material"):
         return data

@@ -91,6 +91,6 @@ def key_meant(name: str, allowed: Collection[str]) -> str | None:
 
 
 def not_modelled(name: str) -> str | None:
-    """Return why there is no such key, None where nothing is known of it."""
+    """Return why there is no such key, None where nothing is known of the key."""
     found = (reason for words, reason in UNKNOWN_TO_THE_MODEL.items() if name.lower() in words.lower().split())
     return next(found, None)

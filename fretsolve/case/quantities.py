@@ -155,7 +155,7 @@ def _meant(unit: str, dimension: Dimension) -> str:
 def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) -> float:
     """Convert a value of a case file to a float in internal units.
 
-    value: a number in internal units, or text such as "400 N". bare_unit: a unit alone stands for one of it ("um" for
+    value: a number in internal units, or text such as "400 N". bare_unit: a unit alone stands for one unit ("um" for
     1e-3 mm). Raises `QuantityError`, whose text begins with the value.
     """
     try:
@@ -179,7 +179,7 @@ def to_internal(value: object, dimension: Dimension, bare_unit: bool = False) ->
 
 
 def _hint(value: object, dimension: Dimension) -> str:
-    """Return what is wrong with a text that is no quantity, in parentheses; empty if nothing is known of it."""
+    """Return what is wrong with a text that is no quantity, in parentheses; empty if nothing is known of the text."""
     if not isinstance(value, str):
         return ""
     if re.search(r"\d,\d", value):

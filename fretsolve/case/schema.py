@@ -147,7 +147,7 @@ def _place(name: str, schema: Mapping[str, Any]) -> str | None:
 
 
 def translated(error: ValidationError, data: Any, schema: Mapping[str, Any], source: CaseSource) -> list[CaseError]:
-    """Return the problems in `error`, found in `data` from `source`; `schema` is that of the case file."""
+    """Return the problems in `error`, found in `data` from `source`; schema: of the case file."""
     reader = _Reader(data, schema)
     problems = [(reader.key(details), details) for details in error.errors(include_url=False)]
     unknown = [key for key, details in problems if details["type"] == "extra_forbidden"]
@@ -230,7 +230,7 @@ class _Reader:
         return f"{value} is not allowed; {needed} is needed" if needed else f"{value}: {details['msg']}"
 
     def meant(self, key: KeyPath) -> str | None:
-        """Return the key that an unknown one most likely stands for, of those that may stand beside it."""
+        """Return the key that an unknown key most likely stands for, among the keys that may stand beside it."""
         name, allowed = str(key[-1]), self.keys(key[:-1])
         return close_name(name, allowed) or key_meant(name, allowed)
 

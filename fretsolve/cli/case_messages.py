@@ -19,7 +19,7 @@ from fretsolve.system.progress import key_value_line, print_error_line, print_wa
 class CaseMessages:
     """Print warnings, and unless `quiet` all else: a line per case that ends, or a bar on a terminal if `bar`.
 
-    todo: cases without a result; runs: how many cases are reported, by default those.
+    todo: cases without a result; runs: how many cases are reported, by default the cases in `todo`.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class CaseMessages:
             self.bar.update(self.bar.task_ids[0], completed=completed, detail=detail)
 
     def case(self, name: str, **values: Any) -> None:
-        """Show that the case whose result is `name` has ended; values: what the line says of it."""
+        """Show that the case whose result is `name` has ended; values: what the line says of the case."""
         self.ended += 1
         self.before += self.expected.pop(name, 0.0)
         if self.bar is not None:
@@ -81,7 +81,7 @@ class CaseMessages:
             self.warned.add(text)
 
     def end(self, states: Sequence[CaseState]) -> None:
-        """Print how many cases have which status, and what to do about those without a result."""
+        """Print how many cases have which status, and what to do about cases without a result."""
         if not self.quiet:
             print(counted(states), flush=True)
             if self.manifest.missing():

@@ -39,7 +39,7 @@ def model_table(setup: ProblemSetup) -> Iterator[str]:
 
 
 def material_lines(setup: ProblemSetup) -> Iterator[str]:
-    """Yield a line on each body of a named material: the source of its constants, and those that the case changes."""
+    """Yield a line on each body of a named material: the source of its constants, and what the case changes."""
     for number, body in enumerate(setup.case.bodies, start=1):
         if body == "rigid" or body.material is None:
             continue
@@ -96,7 +96,7 @@ def path_length(setup: ProblemSetup) -> str:
 
 
 def represented_cycles(setup: ProblemSetup) -> float:
-    """Return how many cycles those stand for that wear, 0 without any."""
+    """Return how many cycles the cycles with wear stand for, 0 without any."""
     if setup.case.wear is None:
         return 0.0
     first = {stage.wears for stage in setup.load_path.stages if stage.wears is not None and stage.wears.turn == 1}

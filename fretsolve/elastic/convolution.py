@@ -88,8 +88,8 @@ class PaddedConvolution:
     ) -> None:
         """Compute ``displacements = kernels @ fields``, m fields (nx, ny) from n fields (nx, ny).
 
-        turned: whether to multiply the spectrum of the first field by i, and that of the first displacement by -i (see
-        the top of this file). A displacement may be the array of a field.
+        turned: whether to multiply the spectrum of the first field by i, and the spectrum of the first displacement by
+        -i (see the top of this file). A displacement may be the array of a field.
         """
         if self._batched is not None:
             self._batched.apply(kernels, fields, displacements, turned)
@@ -172,7 +172,7 @@ class PaddedConvolution:
         displacements: Sequence[ComplexArray],
         turned: tuple[bool, bool],
     ) -> None:
-        """Compute the row spectra of the displacements from those of the fields, both (nx, my//2 + 1)."""
+        """Compute the row spectra of the displacements from the row spectra of the fields, both (nx, my//2 + 1)."""
 
         def multiply(member: int, columns: slice) -> None:
             """Compute some columns of the displacements."""

@@ -46,7 +46,7 @@ def padded_length(points: int) -> int:
 def fast_length(least: int, even: bool = False) -> int:
     """Return the length >= `least` on which square fields are transformed fastest: a product of 2, 3 and 5."""
     best, least_time = least, math.inf
-    # time per point by the factors of 2 in the length, over that of a factor of 16, which suits vector instructions
+    # time per point by the factors of 2 in the length, over the time with a factor of 16, which suits vectors
     times = (2.5, 2.0, 1.4, 1.2, 1.0)
     for length in count(least):
         if length * length >= least_time:
@@ -69,10 +69,10 @@ _version: tuple[object, ...] = ()
 
 
 def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
-    """Make a plan of FFTW, from wisdom where there is some of it."""
+    """Make a plan of FFTW, from wisdom where there is some."""
     global _unsaved
     if "FFTW_MEASURE" in flags:
-        with contextlib.suppress(RuntimeError):  # FFTW has no wisdom of it
+        with contextlib.suppress(RuntimeError):  # FFTW has no wisdom about this plan
             return pyfftw.FFTW(*arguments, flags=(*flags, "FFTW_WISDOM_ONLY"), **options)
         _unsaved = True
     return pyfftw.FFTW(*arguments, flags=flags, **options)

@@ -254,9 +254,9 @@ class OfKernels(Protocol):
 class InfluenceSpectra(dict[Influence, KernelSpectrum]):
     """Spectra of the influence coefficients (mm/MPa) on the padded grid of `convolution`.
 
-    Each is computed when it is first asked for. spacing: sides of a cell (mm); whole: those of a grid that this one is
-    a part of. Its coefficients hold those of the part, so it keeps them: mode I.3 on 48 x 48 points, with five active
-    regions, takes 3 % less time.
+    Each is computed when it is first asked for. spacing: sides of a cell (mm); whole: the spectra of a grid that this
+    grid is a part of. The whole grid's coefficients hold the part's, so they are kept: mode I.3 on 48 x 48 points, with
+    five active regions, takes 3 % less time.
     """
 
     def __init__(

@@ -10,8 +10,8 @@ of the wave numbers, and a convolution takes half of the work:
    fit into a core's cache.
 3. The coefficients are transformed back.
 
-The spectra of the kernels are those of the whole grid (`fretsolve.elastic.convolution`). Between even and odd fields
-they change by the factors 1 and -i of the cosine and the sine series.
+The kernels have the spectra of the whole grid (`fretsolve.elastic.convolution`). Between even and odd fields the
+spectra change by the factors 1 and -i of the cosine and the sine series.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Pairs = list[tuple[FloatArray, FloatArray]]
 """Coefficients, (n, nx), of the real and of the imaginary part of lines; the latter may have fewer."""
 
 Name = tuple[str, KernelSpectrum]
-"""Of a convolution: what it computes, and one of its kernels, which tells those of one material from another's."""
+"""Of a convolution: what it computes, and one of its kernels, which identifies the material."""
 
 
 class Lines(NamedTuple):

@@ -1,6 +1,6 @@
 """The elastic operator: displacements u2 - u1 of the surfaces of two half-spaces under pressure and shear.
 
-Signs: pressure >= 0 is compressive; shear is that on body 2, and tangential displacements have its direction; uz opens
+Signs: pressure >= 0 is compressive; shear acts on body 2, and tangential displacements have its direction; uz opens
 the gap. The block operator on (p, qx, qy) is symmetric and positive definite.
 """
 
@@ -130,7 +130,7 @@ class ElasticOperator:
 
     @property
     def total_applications(self) -> int:
-        """Applications so far, including those of the inner iterations."""
+        """Applications so far, including applications of the inner iterations."""
         return self.applications + (self.inner.applications if "inner" in self.__dict__ else 0)
 
     @cached_property

@@ -1,6 +1,6 @@
 """Choose the elastic operator of a grid, scale it for orthotropic friction, and compute it for line contacts.
 
-A line contact is a row of strips that are infinitely long along y (plane strain). Signs and methods are those of
+A line contact is a row of strips that are infinitely long along y (plane strain). Signs and methods are as in
 `ElasticOperator`, on fields (nx, 1). p and qx act as in the plane problem; qy is antiplane shear, which moves the
 surfaces along y alone. Displacements have a free constant per direction, which the grid's `log_length` sets.
 """

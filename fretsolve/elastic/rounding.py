@@ -30,7 +30,7 @@ def rounding_of(precision: type[np.floating]) -> float:
 
 
 def circle_width(precision: type[np.floating]) -> float:
-    """Return the distance from the friction limit, in parts of it, within which a cell counts as slipping.
+    """Return the distance from the friction limit, over the limit, within which a cell counts as slipping.
 
     precision: in which the shear traction is stored.
     """
@@ -40,14 +40,14 @@ def circle_width(precision: type[np.floating]) -> float:
 def slips(shear: FloatArray, friction_limit: FloatArray, within: float) -> BoolArray:
     """Return the cells (nx, ny) whose shear (2, nx, ny) has reached the friction limit (nx, ny).
 
-    within: part of the limit that the shear may be short of it, as `circle_width` of its precision.
+    within: part of the limit that the shear may lack, as `circle_width` of its precision.
     """
     reached: BoolArray = vector_lengths(shear) >= friction_limit * (1.0 - within)
     return reached
 
 
 def least_slip(elastic: float, rigid: DoubleArray, farthest: float, tolerance: float) -> float:
-    """Return the least length (mm) to measure slips against, so that `tolerance` of it is not below rounding.
+    """Return the least scale of slips (mm) at which `tolerance` times the scale is not below rounding.
 
     It does not exceed `elastic`, the largest elastic displacement (mm). rigid: delta_z, phi_x, phi_y, delta_x, delta_y,
     phi_z since the start; farthest: largest coordinate of a cell (mm), where phi_z moves most.

@@ -17,7 +17,7 @@ from fretsolve.elastic.fftw import pyfftw
 from fretsolve.elastic.kernels import NUMPY, Kernels
 
 PART_CELLS = 2**16
-"""Cells of a part, about. With half of it calls take 2 % of an increment of mode I.3 on 1024 x 1024 points."""
+"""Cells of a part, about. With half as many cells, calls take 2 % of an increment of mode I.3 on 1024 x 1024 points."""
 
 Found = TypeVar("Found")
 

@@ -191,7 +191,7 @@ def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> f
 def turning_points(loads: Sequence[float], least: float = 0.0) -> tuple[tuple[float, ...], list[tuple[float, float]]]:
     """Return the turning points that the contact remembers, from 0 to the last load, and the closed loops.
 
-    A branch that goes beyond the one before it closes that loop and wipes it out. Each loop is given by its number of
+    A branch that goes beyond the branch before closes that loop and wipes it out. Each loop is given by its number of
     cycles and their load. Changes up to `least` do not count.
     """
     points, closed = [0.0], list[tuple[float, float]]()
@@ -214,7 +214,7 @@ def turning_points(loads: Sequence[float], least: float = 0.0) -> tuple[tuple[fl
 
 
 def last_branch(loads: Sequence[float], least: float = 0.0) -> float:
-    """Return the first loading whose stick zone is that of the last branch of a path from 0; 0 without a branch.
+    """Return the first loading with the same stick zone as the last branch of a path from 0; 0 without a branch.
 
     At a load that closes a loop this is still the branch of the loop: the cells inside of its slip zones have come to
     the friction limit, but have not moved.

@@ -250,7 +250,7 @@ def _reverse_slip(f: float, b: float) -> tuple[float, float] | None:
     """Return the ends of the stick zone over a, for Q > 0, b > 0 and backward slip at +x; None if not found.
 
     With a = mu p0 = 1, R = sgn sqrt((x-s1)(x-s2)), m = (s1+s2)/2, q = p left of the stick zone and -p right of it:
-    the integral of q/R over the slip zones is -pi b, that of (x-m) q/R is Q.
+    the integral of q/R over the slip zones is -pi b, the integral of (x-m) q/R is Q.
     """
     from scipy.optimize import root
 

@@ -122,7 +122,7 @@ class RimSlip:
 
     @property
     def work_per_cycle(self) -> float:
-        """Energy (N mm) dissipated in a full cycle between plus and minus the force, four times that of loading."""
+        """Energy (N mm) dissipated in a full cycle between plus and minus the force, four times the loading's."""
         x, weights = self.law.points(self.stick_radius)
         values = self.law.transform(x)
         return 2.0 * self.law.compliance * float(np.sum(weights * (self._at_edge - values) * values))

@@ -105,7 +105,7 @@ def cattaneo_mindlin_moved(
 ) -> CattaneoMindlin | None:
     """Return the contact under a rigid displacement (mm) at constant load; None from gross slip on.
 
-    Q = mu P (1 - (1 - delta/delta_g)^(3/2)), delta_g that of gross slip; Mindlin (1949).
+    Q = mu P (1 - (1 - delta/delta_g)^(3/2)), delta_g the displacement at gross slip; Mindlin (1949).
     """
     limit = friction * hertz.load
     share = abs(displacement) / cattaneo_mindlin(hertz, friction, limit, tangential_compliance).delta_x
@@ -137,7 +137,7 @@ class LubkinContact:
 
         Lubkin (1951): mu p for r >= c, and (2/pi) mu p [pi/2 + (K - E) F(psi, k') - K E(psi, k')] for r < c,
         with k' = c/a, K and E of the modulus k = sqrt(1 - k'^2), sin^2 psi = (1 - r^2/c^2)/(1 - r^2/a^2). The
-        bracket's rounding error is that of 1, however small its value.
+        bracket has the rounding error of 1, however small its value.
         """
         from scipy.special import ellipe, ellipeinc, ellipkinc, ellipkm1
 

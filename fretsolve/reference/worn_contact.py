@@ -1,14 +1,14 @@
 """A sphere worn by fretting at constant load: the limit of partial slip, and gross slip.
 
-In partial slip the stick zone keeps its radius c and its shape, and wear ends when no pressure is left around it
-(Popov 2014): inside c the function g(x) = x^2/R of Abel's transform is that of the unworn sphere, and outside the
-profile that is just not pressed is, with the approach d,
+In partial slip the stick zone keeps its radius c and its shape, and wear ends when no pressure is left around it (Popov
+2014): inside c Abel's transform keeps the unworn sphere's function g(x) = x^2/R, and outside the profile that is just
+not pressed is, with the approach d,
 
     h(r) = (2/pi) {(1/R) [(r^2/2) asin(c/r) - (c/2) sqrt(r^2 - c^2)] + d [pi/2 - asin(c/r)]},  c < r < a
 
 Below, r = c sqrt(1 + u^2), by which the worn depth is (c^2/pi R) [D atan u - (1 + u^2) atan u - u], D = 2dR/c^2.
 In gross slip all cells slip as far, and the pressure becomes uniform, since the profile sinks as a whole. Compliances
-are those of `fretsolve.problem.model.materials.Compliances`. Every function raises ValueError outside its stated range.
+are as in `fretsolve.problem.model.materials.Compliances`. Every function raises ValueError outside its stated range.
 """
 
 from __future__ import annotations

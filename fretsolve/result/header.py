@@ -149,7 +149,7 @@ def _digest(values: Any) -> str:
 def write_sealed(file: Any, attributes: Mapping[str, Any], content: Mapping[str, Any]) -> None:
     """Write attributes to the root of an HDF5 file, and with `content` as text with a checksum, for `read_sealed`.
 
-    h5py shows texts of attributes as such only if they have no fixed length, and HDF5 has no checksum for those.
+    h5py shows texts of attributes as such only if they have no fixed length, and HDF5 has no checksum for such texts.
     """
     file.attrs.update(attributes)
     text = np.frombuffer(sealed({**attributes, CONTENT: content}).encode(), np.uint8)

@@ -149,13 +149,13 @@ def is_single(effective_case: Mapping[str, Any]) -> bool:
 
 
 def optional_columns(effective_case: Mapping[str, Any]) -> tuple[Quantity, ...]:
-    """Return the columns of the history of a case that not every result has, besides those of error bars."""
+    """Return the columns of the history of a case that not every result has, besides columns of error bars."""
     there = has_bulk_stress(effective_case), may_have_spots(effective_case), "wear" in effective_case
     return tuple(one for columns, has in zip(_OPTIONAL, there, strict=True) if has for one in columns)
 
 
 def optional_among(names: Collection[str]) -> tuple[Quantity, ...]:
-    """Return those of `optional_columns` that are among the columns of a history."""
+    """Return which `optional_columns` are among the columns of a history."""
     return tuple(one for columns in _OPTIONAL if columns[0].name in names for one in columns)
 
 
@@ -166,7 +166,7 @@ def row_type(errors: bool, optional: Iterable[Quantity]) -> np.dtype[Any]:
 
 
 def may_have_spots(effective_case: Mapping[str, Any]) -> bool:
-    """Return whether a contact may have several spots: that of a height map, or of several surfaces on an area."""
+    """Return whether a contact may have several spots: a contact of a height map, or of several surfaces on an area."""
     surfaces = effective_case.get("surface", [])
     several = len(surfaces) > 1 or any("heights" in one for one in surfaces)
     return several and effective_case.get("plane") != "strain"

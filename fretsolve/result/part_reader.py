@@ -85,7 +85,7 @@ class PartReader(AbstractContextManager["PartReader"]):
             return x, y
 
     def require_content(self, content: Mapping[str, Any]) -> None:
-        """Raise FileError unless columns, axes and names of fields are those of a result's `content_of`."""
+        """Raise FileError unless columns, axes and names of fields agree with a result's `content_of`."""
         with damage_reported(self.path, "header"):
             found = content_of(self.rows, *self.grid, self.field_steps, self.field_names)
             # A newer version may have more columns and fields.
@@ -113,7 +113,7 @@ class PartReader(AbstractContextManager["PartReader"]):
         self.require_fields(header.shape)
 
     def require_steps(self, stores_fields: Callable[[int], bool]) -> None:
-        """Raise FileError unless `field_steps` are those that are stored. A result has those of the last one, too."""
+        """Raise FileError unless `field_steps` are the stored increments. A result stores the last increment, too."""
         with damage_reported(self.path, "fields/step"):
             steps = self.rows["step"].tolist()
             stored = [step for step in steps if stores_fields(step)]
@@ -149,7 +149,7 @@ def require(holds: object, name: str, what: str) -> None:
 
 
 def checked_plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Return a field of one increment. Raises ValueError if its values cannot be those of the field."""
+    """Return a field of one increment. Raises ValueError if the field cannot have these values."""
     kinds = ("uint8",) if name == "zone" else ("float32", "float64")
     require(values.ndim == 2 and values.size and values.dtype in kinds, name, "a number per cell")
     if name == "zone":
@@ -162,7 +162,7 @@ def checked_plane(name: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _read_column(dataset: Any, kinds: str = "iuf") -> NDArray[Any]:
-    """Return a column of numbers. Raises ValueError if it is none, or if the file has but a small part of it."""
+    """Return a column of numbers. Raises ValueError if it is none, or far larger than its stored bytes."""
     name = dataset.name.lstrip("/")
     require(dataset.ndim == 1 and dataset.dtype.kind in kinds, name, "numbers, one per increment")
     # Histories of runs compress to a third. A small file may hold more, which memory has room for.

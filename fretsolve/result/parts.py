@@ -173,9 +173,9 @@ def write_result(
 ) -> None:
     """Write the result file `out` from the parts `sources`, and rename it into place from `folder`.
 
-    unsaved: the states after those of the parts; last_state: that of the last increment, None if there is none; status:
-    unless it is complete, the result keeps what a restart needs; failure: why the run failed and the kind of failure.
-    Raises FileExistsError if `out` exists, OSError, FileError.
+    unsaved: the states after the parts' states; last_state: the state of the last increment, None if there is none;
+    status: unless it is complete, the result keeps what a restart needs; failure: why the run failed and the kind of
+    failure. Raises FileExistsError if `out` exists, OSError, FileError.
     """
     count = 0 if last_state is None else last_state.summary.step + 1
     steps = [step for step in range(count) if header.stores_fields(step)]

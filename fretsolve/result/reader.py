@@ -58,7 +58,7 @@ class Columns(dict[str, NDArray[Any]]):
 class Result(AbstractContextManager["Result"]):
     """A result, read lazily; a context manager.
 
-    status: complete, failed, running or stopped. attributes: those of the root of the file. history: the
+    status: complete, failed, running or stopped. attributes: of the root of the file. history: the
     columns of ``/history`` with `step`, each ``(increments,)``; error bars are columns ``<name>_error``. x, y: cell
     centres in mm. fields: names of the fields. steps: the increments whose fields are there.
     """
@@ -214,7 +214,7 @@ class Result(AbstractContextManager["Result"]):
 
 
 def open_result(path: str | Path) -> Result:
-    """Open a result by its name, or by that of its parts folder; complete, failed, stopped or still growing.
+    """Open a result by its name, or by the name of its parts folder; complete, failed, stopped or still growing.
 
     Its history and fields are NumPy arrays, `Result.to_xarray` gives datasets of xarray. Raises FileError if it is not
     there, not a result, truncated, damaged, or of a newer format.

@@ -72,7 +72,7 @@ class SavedRun:
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
         atomic_files.remove(*atomic_files.temporaries(self.folder))  # left by a kill
         if overwrite:
-            # The header goes last: saved increments without it could not be told from those of another run.
+            # The header goes last: saved increments without it could not be told from another run's increments.
             atomic_files.remove(*[part.path for part in reversed(all_parts(self.folder))])
             self.remove_parts()
             atomic_files.remove(self.out)
@@ -234,7 +234,7 @@ class SavedRun:
         return problem
 
     def _set_rest_aside(self, problem: FileError | None) -> None:
-        """Set the parts aside that follow those taken up. problem: why the run cannot go on from them."""
+        """Set the parts aside that follow the parts taken up. problem: why the run cannot go on from them."""
         if problem is None:
             return
         if not self.parts:

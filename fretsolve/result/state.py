@@ -2,7 +2,7 @@
 
 Units are mm, N, MPa, rad (so N mm for moments, mJ = N mm for dissipated energy). Arrays are ``(nx, ny)``, vector fields
 component first, ``(2, nx, ny)``. Signs: pressure >= 0 is compressive; shear is the shear traction that body 1
-exerts on body 2; slip is that of body 1 relative to body 2.
+exerts on body 2; slip is the slip of body 1 relative to body 2.
 """
 
 from __future__ import annotations

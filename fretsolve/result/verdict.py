@@ -1,7 +1,7 @@
 """Judge by the error bars of a run whether it meets the accuracy of its case.
 
-All errors are at the ends of stages, relative to the scale of their quantity (`scales`). A value that is corrected for
-the number of increments counts in place of that as run. It loads no pydantic, so that results open fast.
+All errors are at the ends of stages, relative to the scale of their quantity (`scales`). A value corrected for the
+number of increments replaces the value as run. The module loads no pydantic, so that results open fast.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ SCALES = {
     "stick_radius": "the largest contact radius",
     "work_total": "its largest value, or of a thousandth of P times delta_z if that is more",
 }
-"""The scales of errors in words; that of any other quantity is its largest value, at the ends of stages."""
+"""The scales of errors in words; any other quantity has its largest value at the ends of stages as its scale."""
 
 JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
 """The columns of the history that an accuracy is about."""
@@ -53,15 +53,15 @@ INCREMENTS_SHARE = 0.5
 the correction is a part of that bar."""
 
 POINTS_DIVISOR = 6
-"""Points that are picked or advised are a multiple of it, so that the coarse runs have a half and a third of them."""
+"""Picked or advised points are a multiple of this number, so that the coarse runs have a half and a third of them."""
 
 
 @dataclass(frozen=True)
 class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
-    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether it
-    is that of a corrected value; unbounded: quantities left out, since no bar holds them; unseen: whether the
+    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether
+    the bar belongs to a corrected value; unbounded: quantities left out, since no bar holds them; unseen: whether the
     dissipated energy is left out, as it is 0 and may not be; advice: key and value of settings with which the accuracy
     may be met; far: of what it would take more than MOST_REFINED times as many.
     """
@@ -122,7 +122,7 @@ def verdict(
     unbounded = tuple(name for name, its in bars.items() if np.isinf(its).any())
     judged = [name for name in known if name not in unbounded]
     of_judged = np.array([bars[name] for name in judged])
-    which, end = np.unravel_index(np.argmax(of_judged), of_judged.shape)  # that of NaN, if there is one
+    which, end = np.unravel_index(np.argmax(of_judged), of_judged.shape)  # the bar that is NaN, if there is one
     name, worst = judged[which], float(of_judged[which, end])
     stage, corrected = int(history["stage"][ends[end]]), columns[name] != name
     found = Verdict(accuracy, worst, name, stage, corrected, unbounded, hides_energy(history))
@@ -154,7 +154,7 @@ def _with_advice(
 ) -> Verdict:
     """Return the verdict with the key and value of more points or increments, by where the worst bar at `step` is from.
 
-    Where more than MOST_REFINED times as many are needed, it says of which.
+    Where more than MOST_REFINED times as many are needed, it says whether of points or increments.
     """
     if math.isnan(missed.worst):
         return missed

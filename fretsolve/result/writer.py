@@ -54,7 +54,7 @@ def _fields_alone(fields: Fields, names: Collection[str]) -> Fields:
 
 
 def _release(lock: RunLock) -> None:
-    """Let other runs write, and remove the header of a run of which no increment is saved."""
+    """Let other runs write, and remove the header of a run without saved increments."""
     with suppress(OSError):
         if not all_parts(lock.folder):
             atomic_files.remove(lock.folder / HEADER_NAME, *all_states(lock.folder))  # nothing to go on from
@@ -102,7 +102,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
 
         retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
         unsaved. advice: how to go on, for the message if nothing more can be saved. shared: a new result begins with
-        the longest of these files that is there, and writes those that are not. Raises CaseError if `out` or its parts
+        the longest of these files that is there, and writes the missing ones. Raises CaseError if `out` or its parts
         exist and neither option is given, FileError if they belong to another run or are damaged, if another run writes
         them, or if the folder cannot be written.
         """
@@ -148,7 +148,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.summaries.append(state.summary)
         self._unsaved.append(state)
         if len(self._unsaved) > 1:
-            # Nothing goes on from the one before. Its arrays, if kept, would take up to 7 % of the time of small grids:
+            # Nothing goes on from the state before. Its arrays, if kept, would take up to 7 % of small grids' time:
             # new ones would not lie in the cache.
             before = self._unsaved[-2]
             names = self.header.fields if self.header.stores_fields(before.summary.step) else ()

@@ -138,7 +138,7 @@ def limit_to_contact(slip: FloatArray, before: Fields, solved: Solved, grid: Gri
 
 
 def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArray) -> BoolArray:
-    """Return which of the cells `parted` slipped: those whose nearest cell in contact slips, or `slipping` without one.
+    """Return which of the cells `parted` slipped: where the nearest cell in contact slips, or `slipping` without one.
 
     zone: at the increment's end; slipping: at its start; all (nx, ny).
     """
@@ -153,7 +153,7 @@ def slipped_apart(parted: BoolArray, zone: NDArray[np.uint8], slipping: BoolArra
 
 
 def nearest(places: IndexArray, cells: IndexArray) -> IndexArray:
-    """Return which of the `cells` (n, 2) is nearest to each of the `places` (m, 2), (m,); one of those equally near."""
+    """Return which of the `cells` (n, 2) is nearest to each of the `places` (m, 2), (m,); any of equally near ones."""
     if len(places) * len(cells) > FEW_PAIRS:
         from scipy.spatial import cKDTree  # takes longer to import than a small case to solve
 
@@ -184,7 +184,7 @@ def share_in_contact(
             steepest = np.maximum(steepest, pressure[places[0], places[1]].astype(np.float64) ** 2 - own)
         slopes.append(steepest / length)
     slope = np.hypot(*slopes)
-    # the highest cells; those that are as high but for rounding may differ by it
+    # the highest cells; cells that are as high but for rounding may differ by the rounding
     alone = slope * max(grid.dx, grid.dy) <= LEVEL * own
     slope[alone] = own[alone] / max(grid.dx, grid.dy)
     inside = own / slope

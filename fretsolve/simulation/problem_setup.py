@@ -173,7 +173,7 @@ def contact_size(
     """Search for the sides (mm) of an area about `center` that holds the frictionless contact under all of `loads`.
 
     The search begins with the side `first` (mm); line: on one row of cells. Raises CaseError where the contact always
-    reaches the edge, as that of an endless cylinder does.
+    reaches the edge, as the contact of an endless cylinder does.
     """
     extent = np.zeros(2)
     for load in dict.fromkeys(loads):
@@ -189,7 +189,7 @@ def contact_size(
 def surely_in_contact(
     surfaces: Sequence[Surface], compliances: Compliances, center: Size, load: LoadControl, grid: Grid
 ) -> tuple[Grid, BoolArray] | None:
-    """Return a coarse grid on the area of `grid`, and its cells in frictionless contact but those at the edge.
+    """Return a coarse grid on the area of `grid`, and its cells in frictionless contact except at the edge.
 
     None where the coarse cells miss a surface, or the area is too small to carry the load.
     """
@@ -211,7 +211,7 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
-        from fretsolve.problem.model.height_map import load_height_map  # other surfaces need none of it
+        from fretsolve.problem.model.height_map import load_height_map  # other surfaces do not need it
 
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)

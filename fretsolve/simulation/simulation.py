@@ -69,7 +69,7 @@ def states_of(
     fields, displacement = (start.fields, start.displacement) if start is not None else unloaded(separation)
     wear = None
     if setup.wear is not None:  # which changes in place the `separation` that the solver refers to
-        from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases need none of it
+        from fretsolve.wear.worn_surfaces import WornSurfaces  # other cases do not need it
 
         worn = None if start is None else start.wear
         wear = WornSurfaces(setup.wear, setup.case.friction, contact.solver, separation, worn)
@@ -259,7 +259,7 @@ def _advised_size(setup: ProblemSetup, increment: Increment) -> str:
     worn, grid = 2.0 * AREA_MARGIN * worn_reach(setup.closed_forms), setup.grid
     of_axes = zip(grid.axes, size, grid.shape, grid.size, strict=False)  # a line has one axis
     sides = [(max(side, worn), points, present) for _, side, points, present in of_axes]
-    # of three points of a side one can be in contact, and those beside it are free
+    # of three points of a side one can be in contact, and the points beside it are free
     if any(points < 3 for _, points, _ in sides):
         larger = tuple(max(side, present) for side, _, present in sides)
         return f"; {_size_in_words(larger, setup)} would do with more points, which resolve the contact"

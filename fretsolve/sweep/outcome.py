@@ -171,7 +171,7 @@ def _at(pair: Sequence[DoubleArray | None], place: int) -> tuple[float, float]:
 
 
 def running_condition_of(result: Result) -> RunningCondition:
-    """Return whether all of the contact slips at some time, a part of it does, or none; empty without shear.
+    """Return whether the whole contact slips at some time, a part slips, or nothing does; empty without shear.
 
     A result with cycles is judged by its full cycles, and is mixed if all of the contact slips in some of them alone.
     A run that ended because a force exceeded what friction carries is one of gross slip.

@@ -53,7 +53,7 @@ def writing(file: Path | str) -> Iterator[None]:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, unless they exist. Raises FileError."""
+    """Make a folder and the folders above it, unless they exist. Raises FileError."""
     with reported("cannot be made a folder", folder):
         folder.mkdir(parents=True, exist_ok=True)
 

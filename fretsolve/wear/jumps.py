@@ -25,28 +25,28 @@ from fretsolve.result.state import Summary
 
 FIRST_DEPTH = 0.005
 """Depth of the first jump over the largest elastic displacement: its error shows how long the next one may be. Half or
-twice of it changes the increments of a run by less than a fifth. A jump of two cycles may be deeper."""
+twice this depth changes the increments of a run by less than a fifth. A jump of two cycles may be deeper."""
 
 USUAL_TOLERANCE = 0.01
 """Below this tolerance the first jump shrinks; otherwise 1e-3 was not met in partial slip at T = 1."""
 
 FIRST_SHARE = 0.1
-"""Part of all cycles that the first jump may have, and of those over which friction stays nearly constant, so that its
-own error is small over the whole: without it dissimilar bodies took four times the increments."""
+"""Part of all cycles that the first jump may have, and of the cycles over which friction stays nearly constant, so that
+its own error is small over the whole: without it dissimilar bodies took four times the increments."""
 
 MOST_GROWTH = 2.0
-"""Largest jump over the one before it, since its error is known only after it. With 1.5 gross slip takes a quarter more
+"""Largest jump over the jump before, since its error is known only after it. With 1.5 gross slip takes a quarter more
 increments; with 4 it saves a seventh, and partial slip has three times the error."""
 
 SAFETY = 0.5
 """Part of the allowed error that a jump is chosen for, since its error is known only after it, and that the excess may
-have besides. With all of it runs are hardly shorter, and `wear_error` may exceed the tolerance."""
+have besides. With the whole error runs are hardly shorter, and `wear_error` may exceed the tolerance."""
 
 AIM = 0.9
 """Part of the tolerance that all jumps together aim at, as the last ones may have a little more than is allowed."""
 
 LEAST_ALLOWED = 0.1
-"""Smallest error that a jump may have, over the tolerance, where those before it had too much, so that there is one."""
+"""Smallest error of a jump over the tolerance where earlier jumps had too much error, so that there is a jump."""
 
 SHAKEN_DOWN = 0.5
 """Change of the dissipated energy over the tolerance of the wear up to which the first cycle may stand for others."""
@@ -127,7 +127,7 @@ class JumpLimits:
     """The limits of a jump besides its error.
 
     depth: largest depth that the last cycle wears (mm); scale: largest elastic displacement (mm), of the first jump;
-    left: the cycles that are left, without the last one; most: those over which friction stays nearly the same.
+    left: the cycles that are left, without the last one; most: the cycles over which friction stays nearly the same.
     """
 
     depth: float
@@ -165,7 +165,7 @@ def next_jump(cycles: Sequence[SolvedCycle], jumps: WearJumps, limits: JumpLimit
     most = min(limits.most, math.inf if jumps.max_depth is None else jumps.max_depth / depth)
     last = last_jump(cycles)
     if last is None:
-        # its error goes with its square, and no later jump can take back what wear_error counts of it
+        # its error goes with its square, and no later jump can take back what wear_error counts of this jump
         part = min(1.0, math.sqrt(jumps.tolerance / USUAL_TOLERANCE))
         first = min(part * FIRST_DEPTH * limits.scale / depth, part * FIRST_SHARE * left, FIRST_SHARE * limits.most)
         most = min(most, max(2.0, first), FIRST_SHARE * left)

@@ -39,18 +39,18 @@ from fretsolve.wear.profile import ProfileProblem, wear_over_jump
 
 PROFILE_SHARE = 0.2
 """Part of the tolerance that the error by the change of the pressure over a jump may have: no cycle is solved for it,
-only normal problems. In gross slip `wear_error` is 0.28 % with it, 0.20 % with half of it, at a tolerance of 1 %."""
+only normal problems. In gross slip `wear_error` is 0.28 % with it, 0.20 % with half, at a tolerance of 1 %."""
 
 LEAST_FORCE = 1e-6
-"""P over that before the first cycle below which the surfaces have worn apart: what is left is near to rounding."""
+"""P over the P before the first cycle, below which the surfaces have worn apart: what is left is near to rounding."""
 
 
 @dataclass(frozen=True)
 class _Jump:
     """A change of the profile whose increment is to be solved.
 
-    number: of the cycles that the last solved one stands for; energy: dissipated per area, and path: slip of those that
-    were not solved, (nx, ny); error: of the worn volume, as the pressure changes over the jump.
+    number: of the cycles that the last solved one stands for; energy: dissipated per area, and path: slip, both in the
+    cycles that were not solved, (nx, ny); error: of the worn volume, as the pressure changes over the jump.
     """
 
     number: float
@@ -148,7 +148,7 @@ class WornSurfaces:
             uz = np.empty_like(separation)
             operator.normal_from_shear(fields.shear.astype(np.float64), uz)
             separation += uz
-        # displacements as they are: in a line contact those that are imposed refer to points far below
+        # displacements as they are: in a line contact imposed displacements refer to points far below
         rigid = start.rigid[:3]
         values = np.where(control.forced, control.values, rigid).tolist()
         held, pressure = LoadControl(control.forced, (*values,)), fields.pressure.astype(np.float64)
@@ -158,7 +158,7 @@ class WornSurfaces:
     def _number(
         self, cycle: CyclePass, cycles: list[SolvedCycle], progress: Progress, pressure: DoubleArray, steady: float
     ) -> float:
-        """Return how many cycles the last one stands for. steady: those over which friction stays nearly the same.
+        """Return how many cycles the last one stands for. steady: cycles over which friction stays nearly the same.
 
         Raises NotConvergedError where cycles do not become periodic, or more are needed than there may be.
         """

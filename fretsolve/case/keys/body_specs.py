@@ -152,7 +152,7 @@ class CylinderSurface(_SurfaceModel):
 
     @property
     def straight_length(self) -> float | None:
-        """Length (mm) between the roundings of the ends, of all of it where these leave no more; None without ends."""
+        """Length (mm) between the roundings of the ends, the whole length if the roundings meet; None without ends."""
         if self.length is None:
             return None
         return self.length - 2.0 * (self.end_radius or 0.0) or self.length

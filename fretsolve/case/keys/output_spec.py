@@ -168,7 +168,7 @@ KINDS: tuple[AverageKind, ...] = ("point", "line", "volume")
 
 
 class MaterialFile:
-    """Annotation of a material: in the file, the name of a file of it may stand in its place."""
+    """Annotation of a material: in the file, the name of a material file may stand in its place."""
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, handler(schema)]}

@@ -1,4 +1,4 @@
-"""The load path unrolled: its stages one after another, those of cycles as often as they are run."""
+"""The load path unrolled: its stages one after another, a cycle's stages as often as the cycle is run."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
 class CyclePass:
     """One repetition of a cycle that holds no other cycle.
 
-    cycle: which one, counted from 1 along the path; turn: which repetition of it, from 1; until: the tolerance with
-    which it is repeated until it is periodic, None if it has a number of repetitions. key: where it stands in the file;
-    jumps: how it stands for others under wear, if it does; is_last: whether it is the last one that there may be.
+    cycle: which one, counted from 1 along the path; turn: which repetition of the cycle, from 1; until: the tolerance
+    with which it is repeated until it is periodic, None if it has a number of repetitions. key: where it stands in the
+    file; jumps: how it stands for others under wear, if it does; is_last: whether it is the last one that there may be.
     """
 
     cycle: int
@@ -50,7 +50,7 @@ class Stage:
     """A stage of the unrolled load path, numbered from 1.
 
     key: where it stands in the case file; targets: components with their new totals (mm, N, N mm, rad, MPa);
-    increments: None for as many as the case needs; spacing: None for what goes with that. part: within `key`, where
+    increments: None for as many as the case needs; spacing: None for the default. part: within `key`, where
     the components stand; cycle: the repetition of a cycle that it belongs to, if any; outer: which repetition of
     an outermost cycle, counted from 1 along the path, 0 for none. wears: the repetition of a cycle that has ended, for
     whose wear the surfaces change in this stage; it moves no load.
@@ -127,7 +127,7 @@ def _stage(number: int, step: _Step) -> Stage:
 
 
 def last_repetitions(stages: Iterable[Stage]) -> dict[tuple[object, ...], int]:
-    """Return the numbers of the stages, of those that are repeated the last one, by where they stand in the case file.
+    """Return the numbers of the stages by their place in the case file; a repeated stage counts by its last repetition.
 
     Changes of the surfaces by wear are no stages of their own. The ends of a cycle with an amplitude stand at one place
     and differ by their loads.
@@ -161,7 +161,7 @@ def stage_friction(load_path: Sequence[StageSpec | CycleSpec]) -> tuple[float, .
 def with_cycle_friction(stages: Sequence[Stage], coefficient: Callable[[int], float]) -> Iterator[Stage]:
     """Yield the stages with the coefficient of friction of their cycles among the targets.
 
-    Cycles are counted over the path from 1; the stages before the first one, and those after a cycle, belong to it.
+    Cycles are counted over the path from 1; a stage outside of cycles belongs to the cycle before, else to the first.
     """
     number = 1
     for stage in stages:
@@ -200,7 +200,7 @@ def _count(steps: Any, reserve: int) -> int:
 def _reserve(load_path: Any) -> int:
     """Return the most solved cycles of each cycle that stands for others and chooses its jumps.
 
-    Where a path has many of them, or repeats them in blocks: 4000 in all together, at least 100 in each.
+    Where a path has many such cycles, or repeats them in blocks: 4000 in all together, at least 100 in each.
     """
     return min(MOST_SOLVED_CYCLES, max(100, 4_000 // max(1, _wearing(load_path))))
 

@@ -1,7 +1,7 @@
 """The active region: the part of the grid that an increment is solved on, which is the contact with a margin.
 
-Convolutions of tractions inside the region need no cell outside of it, so a contact that covers a small part of the
-grid costs a small part. The certificate is always computed on all of the grid.
+Convolutions of tractions inside the region need no cell outside, so a contact that covers a small part of the
+grid costs a small part. The certificate is always computed on the whole grid.
 """
 
 from __future__ import annotations

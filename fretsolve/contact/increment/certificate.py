@@ -1,8 +1,7 @@
 """The certificate of an increment: the contact conditions checked from tractions and displacements alone.
 
 The displacements come from one application of the elastic operator to the final tractions, not from the recurrences of
-the iterations. `fretsolve.result.state.Certificate` lists the residuals. The steps C2 to C6 are those of
-docs/theory.md.
+the iterations. `fretsolve.result.state.Certificate` lists the residuals. docs/theory.md describes the steps C2 to C6.
 
 A cell in contact slips where its shear has reached the friction limit and it moves. Under cyclic loads with a mean
 value, parts of a contact come to the limit in each cycle and do not move: these stick. Without friction all cells slip.
@@ -38,7 +37,7 @@ class Solution:
     """A candidate for the end of an increment.
 
     pressure, uz: (nx, ny); shear, displacement: (2, nx, ny); rigid: delta_z, phi_x, phi_y, delta_x, delta_y, phi_z;
-    motion: the same over the increment; previous_displacement: tangential, at the increment's start, less the mismatch
+    motion: `rigid` over the increment; previous_displacement: tangential, at the increment's start, less the mismatch
     of the surfaces by bulk stress; friction: its limit in the increment; mismatch: the largest one in the contact (mm).
     """
 

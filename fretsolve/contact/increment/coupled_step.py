@@ -35,7 +35,7 @@ def coupled_problem(
     staggered iterations start with; least_slip: least scale of slips (mm); precision: of the elastic operator.
     """
     # tractions whose elastic slip since the start is known: none in double precision; in single precision, where the
-    # difference of two displacements would lose the slip, those that the staggered iterations start with
+    # difference of two displacements would lose the slip, the tractions at the start of the staggered iterations
     pressure, shear, elastic_slip = (
         broadcast_zeros(start.pressure.shape),
         broadcast_zeros(start.shear.shape),
@@ -100,7 +100,7 @@ def solve_directly(
 
     presses, slides: which of pressure and shear there is to solve for.
     """
-    from fretsolve.contact.solvers.line_direct import DirectSolution, on_one_thread  # contacts on areas need none of it
+    from fretsolve.contact.solvers.line_direct import DirectSolution, on_one_thread  # contacts on areas do not need it
 
     rigid = np.concatenate([work.rigid[:3], np.zeros(3)])
     estimate = DirectSolution(work.pressure, work.shear, rigid)

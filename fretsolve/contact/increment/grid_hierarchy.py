@@ -37,8 +37,8 @@ COARSE_TOLERANCE = 1e-2
 
 MOST_DIRECT_STRIPS, MOST_DIRECT_POINTS = 250, 2500
 """Strips of a line contact, and of its grid, up to which increments are solved directly without
-compiled kernels. Their time is that of calls up to some 100 strips, and grows with the third power beyond. Line
-contacts on 24 to 128 points take .4 to .5 of the time, and would take .8 to .95 of it with compiled kernels."""
+compiled kernels. Calls take most of the time up to some 100 strips; beyond, the time grows with the third power. Line
+contacts on 24 to 128 points take .4 to .5 of the time, and would take .8 to .95 with compiled kernels."""
 
 FEWEST_COARSE_POINTS = 49
 """Fewest points that are left of a side that is halved. With 24 a first increment on 48 to 64 points takes 1.4 times as
@@ -89,7 +89,7 @@ class GridLevel:
             return None
         if self._compiled or self.operator.dtype is np.float32:
             return None
-        from fretsolve.contact.solvers.line_direct import LineDirectSolver  # other cases need none of it
+        from fretsolve.contact.solvers.line_direct import LineDirectSolver  # other cases do not need it
 
         return LineDirectSolver(self.operator, self.grid)
 
@@ -102,7 +102,7 @@ class GridLevel:
 
     @property
     def applications(self) -> float:
-        """Operator applications so far, those on coarser grids in parts of one on this grid."""
+        """Operator applications so far; an application on a coarser grid counts as a part of one on this grid."""
         coarser = self.coarser
         if coarser is None:
             return float(self.operator.total_applications)
@@ -157,7 +157,7 @@ class GridTransfer:
         self.fine = grid
         self.factors = tuple(2 if count >= 2 * FEWEST_COARSE_POINTS else 1 for count in grid.whole_shape)
         self.coarse: Grid | None = None
-        if 2 in self.factors:  # cells that cover those of `fine`, from the same corner on
+        if 2 in self.factors:  # cells that cover the cells of `fine`, from the same corner on
             fx, fy = self.factors
             nx, ny = -(-grid.nx // fx), -(-grid.ny // fy)
             x0, y0 = grid.x0 + 0.5 * (nx * fx - grid.nx) * grid.dx, grid.y0 + 0.5 * (ny * fy - grid.ny) * grid.dy

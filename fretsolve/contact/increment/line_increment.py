@@ -83,7 +83,7 @@ class LineIncrementSolver(IncrementSolver):
     _verifier_type = LineVerifier
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
-        """Solve an increment from `start` and certify it; an imposed delta_z is that of the sunken points."""
+        """Solve an increment from `start` and certify it; an imposed delta_z holds at the sunken points."""
         if self.sunken is None or increment.normal.forced[0]:
             return super().solve(increment, start)
         wanted, *tilts = increment.normal.values

@@ -37,7 +37,7 @@ MOST_STAGGERED_ITERATIONS = 200
 """... and, if that fails as well, after which the increment is given up (ST8)."""
 
 CONTRACTION = 0.02
-"""Typical change of an iteration over that of the one before, by which the last iteration is foreseen (ST6)."""
+"""Typical change of an iteration over the change of the iteration before; it foresees the last iteration (ST6)."""
 
 
 class StaggeredIteration:

@@ -1,8 +1,8 @@
 """The state that an increment starts from, and the state that its staggered iterations change.
 
 Under bulk stress the mismatch of the surfaces slips, or shear takes it up, as a rigid motion. Far from the origin a
-mismatch moves a contact mostly as a whole. A rigid motion follows that part of it, so that residuals are measured
-against what strains the contact, wherever it lies.
+mismatch moves a contact mostly as a whole. A rigid motion follows this common part, so that residuals are measured
+against what strains the contact, wherever the contact lies.
 """
 
 from __future__ import annotations

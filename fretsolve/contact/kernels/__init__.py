@@ -19,7 +19,7 @@ from fretsolve.elastic.kernels.compiling import form_of
 from fretsolve.elastic.thread_team import Share, in_order, parts_of
 
 WHOLE = {"y", "rigid", "motions", "amplitudes"}
-"""Arguments of passes that all parts take as a whole: those without cells, and what belongs to columns."""
+"""Arguments of passes that all parts take as a whole: arguments without cells, and arguments per column."""
 
 Join = Callable[[Sequence[Any]], Any]
 
@@ -105,7 +105,7 @@ def _whole(kernels: Any, joins: Mapping[str, Join], rows: int) -> SimpleNamespac
 def _in_parts(
     kernels: Any, joins: Mapping[str, Join], compiled: bool, parts: Sequence[tuple[int, int]], share: Share
 ) -> SimpleNamespace:
-    """Return kernels that call those of a module for each of the `parts`, from one row up to another."""
+    """Return kernels that call a module's kernels for each of the `parts`, from one row up to another."""
 
     def bound(name: str, join: Join) -> Callable[..., Any]:
         of_rows = getattr(kernels, name) if compiled else _of_rows(getattr(kernels, name))

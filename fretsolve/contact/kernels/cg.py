@@ -19,7 +19,7 @@ from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products
 
 MIDDLE = 1.7
 """The f of (T7). Mode I.3 takes 4 % fewer applications on 64 x 64 points than with M = W F W + (1 - W^2) W, and 8 %
-fewer on 256 x 256. No shipped case takes over 1 % more; with f = 1 those of wear take up to 8 % more."""
+fewer on 256 x 256. No shipped case takes over 1 % more; with f = 1 cases with wear take up to 8 % more."""
 
 
 def constrain(

@@ -29,7 +29,7 @@ class CoupledEquations:
     """The equations at fixed zones for the n cells of `contact` (nx, ny), with lengths over the operator's unit.
 
     normal: (2, n), 0 where a cell sticks; drag: (n,), b' where a cell slips, 0 elsewhere; stiffness: S over the unit,
-    (n,); motions: N, (m, 3, n), whose first component is that of the gap.
+    (n,); motions: N, (m, 3, n), whose first component belongs to the gap.
     """
 
     def __init__(

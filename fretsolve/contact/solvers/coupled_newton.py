@@ -87,7 +87,7 @@ class CoupledNewton:
         loads, rigid = self.resultants(start), start.rigid.copy()
         reached, part, reduction = 0.0, 1.0, ROUGHLY
         while reached < 1.0:
-            # CN9: the problem with a part of the change of the loads, at first all of it
+            # CN9: the problem with a part of the change of the loads, at first the whole change
             to = min(1.0, reached + part)
             partial = replace(
                 problem,
@@ -99,7 +99,7 @@ class CoupledNewton:
             if found is None and reduction == ROUGHLY:  # CN8: again, with GMRES to six digits
                 reduction = CLOSELY
                 found = self.solve_from(partial, start, wanted, reduction)
-            # CN9: go on with twice the part, or try a quarter of it
+            # CN9: go on with twice the part, or try a quarter of the part
             if found is not None:
                 start, reached, part = found, to, 2.0 * part
             elif (part := part / 4.0) < 0.01:

@@ -30,7 +30,7 @@ class Workspace:
     The two never work at the same time, and keep nothing in these arrays between two solves. Sharing them saves 28
     bytes per cell.
 
-    double: in double precision, the gap or slip of a solver, or the change of a traction. The others are those of
+    double: in double precision, the gap or slip of a solver, or the change of a traction. The others belong to
     conjugate gradients, in their precision `dtype`: solution, residual, direction, image, weight (nx, ny), and the
     displacements by the solution (displacement) and by the direction (moved).
     """
@@ -94,8 +94,8 @@ def add_correction(
 ) -> bool:
     """Add a correction to a traction, and `sign` times its displacement where that is known well enough.
 
-    correction: what conjugate gradients have solved for, over ``size / operator.unit``, and `operator.inner` of it,
-    which is the sum of what they have computed anyhow. Return whether its rounding is small enough. traction,
+    correction: the solution of conjugate gradients, over ``size / operator.unit``, and `operator.inner` of the
+    solution, the sum of what they have computed anyhow. Return whether its rounding is small enough. traction,
     displacement: changed in place; before: receives the traction that `displacement` then belongs to, and may hold the
     correction's displacement; allowed: error (mm) that is as large as the tolerance.
 

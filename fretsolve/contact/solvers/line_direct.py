@@ -1,9 +1,9 @@
 """Direct solution of an increment of a line contact: Newton steps whose linear equations are solved as a whole.
 
 On up to a few hundred strips an iteration of conjugate gradients costs the calls that it is made of, and the matrix of
-the strips in contact is solved in the time of a few of them. Shear and slip are along x. The conditions are those of
-`normal` and `tangential`, and D1 to D7 are the steps in docs/theory.md. As the linear equations are solved exactly,
-each step of the shear is followed by all that it changes of the pressure.
+the strips in contact is solved in the time of a few iterations. Shear and slip are along x. `normal` and `tangential`
+state the conditions, and D1 to D7 are the steps in docs/theory.md. As the linear equations are solved exactly, each
+step of the shear is followed by all that it changes of the pressure.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ JOINING = 1e-3
 """Penetration, in units of the tolerance, from which a strip joins the contact."""
 
 MAY_JOIN = 1e-3
-"""Change of the gap over the largest uz from which strips may join the contact. Below it they are looked for in the end
-alone, as that takes two convolutions."""
+"""Change of the gap over the largest uz from which strips may join the contact. Below it they are looked for only at
+the end, as the search takes two convolutions."""
 
 LinearSolver = Callable[[DoubleArray], FloatArray]
 """Solves the equations of a matrix for right-hand sides (n, k)."""
@@ -80,7 +80,7 @@ class Strips:
         return np.linalg.solve(self.normal, displacements)
 
     def pressures_by_inverse(self, displacements: DoubleArray) -> DoubleArray:
-        """Return the same, by the inverse matrix, which takes two solutions and is kept. Raises LinAlgError."""
+        """Return the pressures by the inverse matrix, which takes two solutions and is kept. Raises LinAlgError."""
         found: DoubleArray = self._inverse @ displacements
         return found
 

@@ -2,9 +2,9 @@
 
     gap = separation + A_zz p - (delta_z + phi_x y + phi_y x),   p >= 0, gap >= 0, p gap = 0,
 
-with P, Mx, My imposed or delta_z, phi_x, phi_y. `separation` is that of the undeformed surfaces plus the normal
-displacement that the shear causes; +inf where there is no material. The method is a primal-dual active set with
-conjugate gradients inside; N1 to N8 are its steps in docs/theory.md.
+with P, Mx, My imposed or delta_z, phi_x, phi_y. `separation` is the separation of the undeformed surfaces plus the
+normal displacement by the shear; +inf where there is no material. The method is a primal-dual active set with conjugate
+gradients inside; N1 to N8 are its steps in docs/theory.md.
 """
 
 from __future__ import annotations
@@ -273,7 +273,7 @@ class NormalSolver:
                     yield axis, places, point, 1 if point > ends.max() else -1
 
     def _widen(self, control: LoadControl, pressure: FloatArray) -> None:
-        """Let the neighbours of the cells in contact join, up to where the load acts, if those cannot balance it."""
+        """Let neighbours of the cells in contact join, up to where the load acts, if the cells cannot balance it."""
         if not any(self._loaded_sides(control, self._contact)) and not is_singular(self._gram, control.forced_index):
             return
         wider = grown(self._contact)

@@ -5,9 +5,9 @@ The correction x of a traction (one component: pressure; two: shear) satisfies
     T (B + S) T x = T r + N m,   N' x = 0,   x = 0 out of the zone,   (T6)
 
 with the elastic operator B, the stiffness S of the slip law, the part T across the unit vectors n, and the rigid
-motions N of the imposed resultants. Preconditioner (T7), projection (T9) and the steps CG1 to CG6 are those of
-docs/theory.md (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001). The units are such that the self-coefficient
-of a cell and the largest residual are about 1, so single precision suffices at any scale of the problem.
+motions N of the imposed resultants. docs/theory.md describes the preconditioner (T7), the projection (T9) and the steps
+CG1 to CG6 (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001). The units are such that the self-coefficient of a
+cell and the largest residual are about 1, so single precision suffices at any scale of the problem.
 """
 
 from __future__ import annotations

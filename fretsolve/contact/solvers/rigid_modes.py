@@ -40,8 +40,8 @@ independent: with unit diagonal, no eigenvalue of that matrix is below 0.004 the
 
 @dataclass(frozen=True)
 class GapErrors:
-    """Errors of a gap (mm): the deepest penetration outside of the contact, the largest error in or outside of it, and
-    the scale of both."""
+    """Errors of a gap (mm): the deepest penetration outside of the contact, the largest error anywhere, and the scale
+    of both errors."""
 
     penetration: float
     largest: float
@@ -80,7 +80,7 @@ class _Modes:
         return x, y
 
     def missing(self, control: LoadControl, sums: Sums) -> Sums:
-        """Return how much imposed resultants exceed those of a traction, over a cell's area; sums: of the traction."""
+        """Return the imposed resultants less the traction's resultants `sums`, over a cell's area."""
         area, (one, two, three) = self.cell_area, sums
         loads = [value if forced else 0.0 for forced, value in zip(control.forced, control.values, strict=True)]
         return loads[0] / area - one, loads[1] / area - two, loads[2] / area - three
@@ -204,8 +204,8 @@ def largest_error(found: Sums | Vector, control: LoadControl, scale: float, arms
 
 
 def inverse_of(gram: Products | DoubleArray, modes: Sequence[int]) -> Inverse | None:
-    """Return the inverse of the Gram matrix of one to three `modes`, in order, which is positive semidefinite: of those
-    rows and columns. None unless they are well apart.
+    """Return the inverse of the rows and columns of one to three `modes`, in order, of the Gram matrix, which is
+    positive semidefinite. None unless the modes are well apart.
 
     It is computed by hand, because a call of LAPACK takes as long as an iteration on a small grid: mode III takes a
     twentieth less time on 96 x 96 points.

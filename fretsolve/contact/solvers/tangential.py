@@ -53,7 +53,7 @@ class SlipScales:
 
     motion: largest rigid displacement increment known so far; least_slip: least length for slips; displacement: largest
     elastic displacement at the start; last: `scale` of the increment's last solve, 0 before the first; last_tolerance:
-    tightest tolerance of later solves that reuse this elastic slip (None: that of this solve).
+    tightest tolerance of later solves that reuse this elastic slip (None: the tolerance of this solve).
     """
 
     motion: float = 0.0
@@ -195,7 +195,7 @@ class TangentialSolver:
     ) -> tuple[Vector, tuple[float, float, float]]:
         """Compute the slip and let cells stick that slip against their shear; return the rigid motion and `violation`.
 
-        The forced part of the motion is that of least squares, N' W T s = 0.
+        Least squares give the forced part of the motion, N' W T s = 0.
         """
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
         imposed = control.imposed_displacement

@@ -3,7 +3,7 @@
 Straight segments join the points at which an edge crosses the links between cells, one in each square between four
 centres. If no smooth front fits the fields, the square's cells are counted instead. A zone reaches as far as the
 farthest of the points at which its edge crosses links along x, or along y. Each row of cells has such a point on either
-side. The farthest one and those in the rows beside it lie on a parabola, whose vertex may be between the rows' middles.
+side. The farthest point and its neighbours lie on a parabola, whose vertex may be between the rows' middles.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class _Edges:
         self._inset = inset_by(lever)
 
     def area(self, number: int) -> float:
-        """Return the area (mm^2) of a zone, from the squares between four centres: whole ones, and those crossed."""
+        """Return the area (mm^2) of a zone, from the squares between four centres: whole and crossed squares."""
         front, dx, dy = self._front, self._part.grid.dx, self._part.grid.dy
         own = slice(*np.searchsorted(front.zone, (number, number + 1)))
         shares, (run_x, run_y), count = self._shares[:, own], self._run[:, own], front.count[own]
@@ -154,8 +154,8 @@ def _rim(length: FloatArray, inset: FloatArray, turns: float) -> float:
 def _farthest(ends: FloatArray) -> FloatArray:
     """Return how far zones reach, (n,), from where they end in each row, (n, rows), -inf where not near their own end.
 
-    A row and those beside it, which end no farther, lie on a parabola, whose vertex may be between their middles. The
-    vertex of each such row counts, so that rounding does not decide between rows which end alike.
+    A row and the rows beside it, which end no farther, lie on a parabola, whose vertex may be between their middles.
+    The vertex of each such row counts, so that rounding does not decide between rows which end alike.
     """
     before, most, after = ends[:, :-2], ends[:, 1:-1], ends[:, 2:]
     with np.errstate(invalid="ignore"):
@@ -168,7 +168,7 @@ def _farthest(ends: FloatArray) -> FloatArray:
 
 
 def spot_counts(pressure: FloatArray) -> dict[str, int]:
-    """Return the number of spots under a pressure, and of those of few cells; cells touch at sides or corners."""
+    """Return the number of spots under a pressure, and of spots with few cells; cells touch at sides or corners."""
     from scipy import ndimage  # few cases may have several spots
 
     labels, count = ndimage.label(pressure > 0.0, structure=np.ones((3, 3)))
@@ -189,7 +189,7 @@ class AreaContact:
         self._may_have_spots = may_have_spots(setup.case.effective())
 
     def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
-        """Return the rigid displacements that the next increment counts from: those of the history, `rigid`."""
+        """Return the rigid displacements that the next increment counts from: the history's displacements `rigid`."""
         return rigid
 
     def with_displacements(self, summary: Summary, solved: Solved) -> Summary:

@@ -61,7 +61,7 @@ which cell the front has reached."""
 AT_THE_LIMIT, UNLIKE = 1e-5, 0.1
 """Reserve over the friction limit up to which a sticking cell is at the limit. Then the slip past the front, which goes
 like s^(3/2) where the front has moved by some cells, gives its place: on a front along the cells to 0.08 of h. The
-cells are counted where the slip of the third cell is farther from that law than the part UNLIKE of it."""
+cells are counted where the third cell's slip differs from this law by more than the part UNLIKE of the law's slip."""
 
 HARDLY, OF_THE_WHOLE = 0.02, 0.4
 """The slip past a front since the first load belongs to the reserve, rather than the slip in the increment, if the
@@ -72,7 +72,7 @@ the increment's slip, a stick zone would mostly be smaller by 0.05 to 0.18 of h 
 by less than a cell, the slip since the first load is all that there is past it."""
 
 ROWS_AROUND, COLUMNS_AROUND = np.indices((3, 3)).reshape(2, 9, 1) - 1
-"""Steps along x and y from a cell to those around it."""
+"""Steps along x and y from a cell to the cells around it."""
 
 
 class ZoneFields(NamedTuple):
@@ -206,7 +206,7 @@ class EdgeLaw:
 
 
 def _like_a_root(reserves: FloatArray) -> BoolArray:
-    """Return whether the reserves (4, k) of the cells behind a front go like those behind one that has moved in."""
+    """Return whether the reserves (4, k) of the cells behind a front go as behind a front that has moved in."""
     first, second, third, fourth = reserves
     found: BoolArray = (first < second) & (second > LIKE_A_ROOT * third) & (third > LIKE_A_ROOT * fourth)
     return found

@@ -22,7 +22,7 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class LineZones:
-    """Intervals (mm) of a line contact: those in contact and those that stick, each from left to right."""
+    """Intervals (mm) of a line contact: intervals in contact and intervals that stick, each from left to right."""
 
     contact: tuple[Interval, ...] = ()
     stick: tuple[Interval, ...] = ()
@@ -57,7 +57,7 @@ def line_zones(fields: ZoneFields, grid: LineGrid, materials: Compliances) -> Li
     corner = np.array([part.corner(number)[0] for number in range(len(zones))])
     first = part.first[0] - MARGIN_CELLS
     edges = corner[zone] + grid.dx * (inner - first[zone] + (outer - inner) * beyond)
-    # both laws may see an edge past the middle of a cell that is alone: then nothing is left of it
+    # both laws may see an edge past the middle of a cell that is alone: then the zone is empty
     found = edges.reshape(-1, 2)
     crossed = found[:, 0] > found[:, 1]
     found[crossed] = found[crossed].mean(axis=1, keepdims=True)
@@ -83,7 +83,7 @@ class LineContact:
         return cls(setup, solver)
 
     def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
-        """Return the rigid displacements that the next increment counts from; rigid: those of the history."""
+        """Return the rigid displacements that the next increment counts from; rigid: from the history."""
         return self.solver.rigid_start(fields.pressure, fields.shear, float(rigid[2]))
 
     def with_displacements(self, summary: Summary, solved: Solved) -> Summary:

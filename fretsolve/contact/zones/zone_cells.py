@@ -34,7 +34,7 @@ class ZoneCells:
 
     @classmethod
     def around(cls, zones: tuple[BoolArray, ...], grid: Grid) -> ZoneCells:
-        """Return the cells around `zones`, (nx, ny), of which the first one holds the others and is not empty."""
+        """Return the cells around `zones`, (nx, ny); the first zone holds the others and is not empty."""
         taken: list[BoolArray] = [np.any(zones[0], axis=axis) for axis in (1, 0)]
         first, last = [int(along.argmax()) for along in taken], [int(along[::-1].argmax()) for along in taken]
         beyond = MARGIN_CELLS if min(first + last) < MARGIN_CELLS else 0

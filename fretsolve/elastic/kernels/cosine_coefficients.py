@@ -1,6 +1,6 @@
 """Operations on the cosine coefficients of fields on one half of a grid: their series along y, products along x.
 
-Coefficients and lines are those of `fretsolve.elastic.mirrored_operator`. Kernels are real and hold the non-negative
+`fretsolve.elastic.mirrored_operator` defines coefficients and lines. Kernels are real and hold the non-negative
 wave numbers along the last axis, (r, m//2 + 1); what they do at the negative ones follows from their parity in x.
 """
 
@@ -46,7 +46,7 @@ def multiply_even_loops(upper, lower, lines):
 
 
 def multiply_in_plane(xx: FloatArray, yy: FloatArray, xy: FloatArray, lines: ComplexArray) -> None:
-    """Turn lines (r, m) of qx + i qy into those of ux + i uy, in place; kernels: of the coefficients, (r, m//2 + 1)."""
+    """Turn lines (r, m) of qx + i qy into lines of ux + i uy, in place; kernels: of the coefficients, (r, m//2 + 1)."""
     _put(lines, *_in_plane(xx, yy, xy, *_by_sign(lines)))
 
 
@@ -68,7 +68,7 @@ def multiply_in_plane_loops(xx, yy, xy, lines):
 
 
 def tangential_from_pressure(xz: FloatArray, yz: FloatArray, lines: ComplexArray) -> None:
-    """Turn lines (r, m) of p into those of ux + i uy, by the kernels of the coefficients, (r, m//2 + 1), in place."""
+    """Turn lines (r, m) of p into lines of ux + i uy, by the kernels of the coefficients, (r, m//2 + 1), in place."""
     _put(lines, *_tangential(xz, yz, *_by_sign(lines)))
 
 
@@ -89,7 +89,7 @@ def tangential_from_pressure_loops(xz, yz, lines):
 
 
 def normal_from_shear(xz: FloatArray, yz: FloatArray, lines: ComplexArray) -> None:
-    """Turn lines (r, m) of qx + i qy into those of uz, by the kernels of the coefficients, (r, m//2 + 1), in place."""
+    """Turn lines (r, m) of qx + i qy into lines of uz, by the kernels of the coefficients, (r, m//2 + 1), in place."""
     _put(lines, *_normal(xz, yz, *_by_sign(lines)))
 
 
@@ -120,7 +120,7 @@ def multiply_coupled(
     pressure: ComplexArray,
     shear: ComplexArray,
 ) -> None:
-    """Turn lines (r, m) of p and of qx + i qy into those of uz and of ux + i uy, in place.
+    """Turn lines (r, m) of p and of qx + i qy into lines of uz and of ux + i uy, in place.
 
     The others are the kernels of the coefficients, (r, m//2 + 1).
     """
@@ -162,7 +162,7 @@ def multiply_coupled_loops(zz, xx, yy, xy, xz, yz, pressure, shear):
 
 
 Signs = tuple[ComplexArray, ComplexArray]
-"""Values at the wave numbers 0..m//2 of lines, and at those with the other sign, both (r, m//2 + 1)."""
+"""Values at the wave numbers 0..m//2 of lines, and at the wave numbers with the other sign, both (r, m//2 + 1)."""
 
 
 def _by_sign(lines: ComplexArray) -> Signs:
@@ -192,7 +192,7 @@ def _normal(xz: FloatArray, yz: FloatArray, positive: ComplexArray, negative: Co
 
 
 def fold_rows(upper: FloatArray, lower: FloatArray, odd: bool, lines: ComplexArray) -> None:
-    """Put the cells of ``upper + i lower`` into lines (r, m): those of even numbers, then the odd ones in reverse.
+    """Put the cells of ``upper + i lower`` into lines (r, m): even cells, then the odd cells in reverse.
 
     upper: (r, ny) with 2 ny <= 2 m; lower: as many rows or one less; odd: odd cells change their sign.
     """
@@ -318,7 +318,7 @@ def _take_negative(line, mirrored):
 
 @inlined
 def _give_negative(mirrored, line, length):
-    """Copy such values back, but not those of wave numbers that stand for both signs."""
+    """Copy such values back, except at wave numbers that stand for both signs."""
     for i in range(1, length - mirrored.shape[0] + 1):
         line[length - i] = mirrored[i]
 

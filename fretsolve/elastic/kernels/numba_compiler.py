@@ -120,7 +120,7 @@ event.register("numba:compile", _first_compilation)
 
 
 def when_compiling(tell: Callable[[], None]) -> None:
-    """Call `tell` when the next kernel is compiled, which none is that is on disk."""
+    """Call `tell` when the next kernel is compiled; kernels on disk are not compiled."""
     _first_compilation.tell = tell
 
 

@@ -65,7 +65,7 @@ def split_rows_loops(lines, upper, lower):
 
 
 def split_spectra(lines: ComplexArray, upper: ComplexArray, lower: ComplexArray) -> None:
-    """Compute the spectra (r, m//2 + 1) of two real rows from that of the upper one plus i times the lower, (r, m)."""
+    """Compute the spectra (r, m//2 + 1) of two real rows from the spectrum of upper + i lower, (r, m)."""
     columns, count = upper.shape[1], len(lower)
     plain, mirrored = lines[:, 1:columns], lines[:, : lines.shape[1] - columns : -1]
     np.conjugate(mirrored, out=upper[:, 1:])

@@ -26,7 +26,7 @@ def has_wear(result: Result) -> bool:
 
 
 def rows_of_wear(result: Result, ends: IndexArray) -> IndexArray:
-    """Return of the `ends` of stages those before any wear, those at which the surfaces change, and the last one."""
+    """Return the `ends` of stages before any wear, the ends at which the surfaces change, and the last end."""
     shown = (result.history["cycles"][ends] == 0.0) | (result.history["jump"][ends] > 0.0)
     shown[-1:] = True
     chosen: IndexArray = ends[shown]
@@ -117,7 +117,7 @@ def may_have_spots(result: Result) -> bool:
 
 
 def spots_of(result: Result, step: int = -1) -> list[Spot]:
-    """Return the spots at an increment with fields (-1: the last one), those with the largest P first."""
+    """Return the spots at an increment with fields (-1: the last one), in descending order of P."""
     from scipy import ndimage  # few results need it
 
     pressure = np.asarray(result.field("pressure", step), np.float64)

@@ -35,7 +35,7 @@ TextColumn = tuple[str, ...]
 def error_columns(result: Result) -> list[TextColumn]:
     """Return the columns of the table, line by line: three lines of heading, then the cells.
 
-    They are those as run and, where they differ, those corrected for the number of increments.
+    They are the values as run and, where these differ, the values corrected for the number of increments.
     """
     names = _names(result)
     values, errors = zip(*(_last_with_error(result, name) for name in names), strict=True)

@@ -1,4 +1,4 @@
-"""Write a result as tables and arrays: the history as CSV, all of it as an ``.npz``, worn surfaces as height maps."""
+"""Write a result as tables and arrays: the history as CSV, everything as an ``.npz``, worn surfaces as height maps."""
 
 from __future__ import annotations
 
@@ -84,8 +84,8 @@ def require_wear(result: Result, step: int) -> None:
 def write_heights(result: Result, step: int, path: Path, *, exclusive: bool) -> None:
     """Write the worn depth and the worn separation after an increment as maps in mm, with spacing and middle.
 
-    `wear_depth` is that of both bodies together, which adds to the surfaces of the case; `separation` is the sum, NaN
-    without material. Raises OSError, FileError, CaseError.
+    `wear_depth` is the worn depth of both bodies together, which adds to the surfaces of the case; `separation` is the
+    sum, NaN without material. Raises OSError, FileError, CaseError.
     """
     from fretsolve.problem.model.surface import separation  # loads pydantic, which no other table needs
 

@@ -73,8 +73,8 @@ def print_report(
 ) -> None:
     """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal.
 
-    columns: of the history, by default those above round-off. Without them the last values with their error bars have
-    a table, too.
+    columns: of the history, by default the columns above round-off. Without them the last values with their error bars
+    have a table, too.
     """
     console = report_console(file)
     for line in _summary(result) if heading else []:

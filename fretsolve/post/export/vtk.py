@@ -35,7 +35,7 @@ BYTE_ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
 
 
 GRID_NAME, VOLUME_NAME = (re.compile(rf".+\.[0-9]{{6,}}\.{end}(\.[0-9a-f]{{16}}\.tmp)?") for end in ("vts", "vtr"))
-"""Names of the grids of surfaces and of volumes, also of those that are being written."""
+"""Names of the grids of surfaces and of volumes, also of grids that are being written."""
 
 
 def grids_folder(path: Path) -> Path:

@@ -28,9 +28,9 @@ class FatigueField:
     """A fatigue parameter at each point.
 
     value: (points,), in `units`; limit: the value that is endured, None without one; normal: (3, points) of the
-    critical plane, towards z >= 0, None for criteria without a plane; refined: (points,), False where the plane is
-    that of a scan, since the point cannot be the worst; life: (points,) cycles to a crack, inf where there are
-    endlessly many, None without a curve.
+    critical plane, towards z >= 0, None for criteria without a plane; refined: (points,), False where the plane comes
+    from a scan, since the point cannot be the worst; life: (points,) cycles to a crack, inf where there are endlessly
+    many, None without a curve.
     """
 
     criterion: str
@@ -204,7 +204,7 @@ def lives(value: DoubleArray, terms: Sequence[tuple[float, float]]) -> DoubleArr
 
 @dataclass(frozen=True)
 class _Criterion:
-    """The functions that compute a criterion. They take the material; that of a ball takes the stresses as well."""
+    """The functions that compute a criterion. All take the material; the function `ball` takes the stresses as well."""
 
     units: str
     plane: Callable[[Material], PlaneCriterion] | None = None

@@ -33,16 +33,16 @@ SCAN_STEP = 10.0
 """Degrees between the planes of the scan of all points."""
 
 CANDIDATES = 6
-"""Planes of that scan from which a point is refined."""
+"""Planes of the scan from which a point is refined."""
 
 FINEST_TURN = 2e-5
-"""Radians to which the plane of a refined point is found; a parameter is then off by the square of that."""
+"""Radians to which the plane of a refined point is found; a parameter is then off by the square of this angle."""
 
 BLOCK = 20480
 """States times points that are scanned at once, so that the stresses on some planes stay in the processor's cache."""
 
 PLANES_AT_ONCE = 8
-"""Planes of the scan on which stresses are computed at once, and those around a plane that is refined."""
+"""Planes of the scan, and planes around a refined plane, on which stresses are computed at once."""
 
 TIE = 1e-6
 """Amplitudes that differ by this share are equal."""

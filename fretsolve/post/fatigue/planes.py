@@ -6,7 +6,7 @@ ball around points is the mean of a few points on its surface, with weights w >=
     R^2(w) = sum_i w_i |p_i|^2 - |sum_i w_i p_i|^2
 
 An active-set method (Lawson & Hanson 1974, ch. 23, whose steps are numbered below) finds them in finitely many steps:
-it takes up the point farthest from the centre and drops those whose weight would become negative.
+it takes up the point farthest from the centre and drops points whose weight would become negative.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class PlaneCriterion:
 
     amplitude_rows: from normals (..., 3) to the rows (..., k, 6) of the components whose path has the amplitude; it is
     the radius of the smallest ball around the path in k dimensions. combine: the parameter. ranks: what the plane
-    maximises, one function after the other, each from the plane that the one before found; by default the parameter.
+    maximises, one function after the other, each from the plane of the function before; by default the parameter.
     ties: the plane of largest amplitude counts, and among equal ones the plane of largest normal stress. rounds: of the
     search from the best plane of a scan; one parabola leads to the top of a smooth hill, not of one cut off at 0.
     """

@@ -168,9 +168,9 @@ class MaterialSource:
 class FatigueRequest:
     """Fatigue parameters to compute.
 
-    criteria: their names; average: of the stresses, None for none. bodies: none for those in a file of stresses, or for
-    body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the cells of a result, as in
-    `stress_request`.
+    criteria: their names; average: of the stresses, None for none. bodies: none for the bodies in a file of stresses,
+    or for body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the cells of a result,
+    as in `stress_request`.
     """
 
     material: MaterialSource
@@ -296,7 +296,7 @@ def require_reversals(ends: Sequence[int], stored: Container[int]) -> None:
 
 
 def _cycle(setup: ProblemSetup) -> tuple[list[int], list[int]]:
-    """Return the increments of the last cycle that will be stored, with the one before it, and its stages' ends."""
+    """Return the stored increments of the last cycle, with the increment before the cycle, and its stages' ends."""
     path, every = setup.load_path, setup.case.output.every
     stages = cycle_stages(setup.case, len(path.last_steps))
     assert stages is not None  # the case has been checked

@@ -152,9 +152,9 @@ def canvas(
     """Make a canvas of `count` panels of about `size` (inches each) in at most `columns`, or one of the axes given.
 
     A new figure is as wide as its sheet says, else one column of a journal, or two if its panels need more. share: "x",
-    all panels have one x axis, or "row", those of a row one y axis. narrowest: part of its width that a panel has at
-    least, since a narrower sheet has fewer side by side. heights: heights of the panels (inches) where they differ, of
-    which a row has the largest. Raises PictureError for axes that belong to no figure.
+    all panels have one x axis, or "row", the panels of a row have one y axis. narrowest: least part of its width that a
+    panel keeps, since a narrower sheet has fewer side by side. heights: heights of the panels (inches) where they
+    differ, of which a row has the largest. Raises PictureError for axes that belong to no figure.
     """
     if target is not None and not isinstance(target, Sheet):
         axes = [target] if isinstance(target, Axes) else list(target)

@@ -16,7 +16,7 @@ from fretsolve.result.state import stage_ends
 
 @dataclass(frozen=True)
 class MovedLoad:
-    """A load that the path moves, such as a bulk stress. driven: the column that each stage (1-based) moves of it."""
+    """A load that the path moves, such as a bulk stress. driven: its column that each stage (1-based) moves."""
 
     force: str
     driven: dict[int, str]
@@ -134,7 +134,7 @@ def step_text(result: Result, step: int, *, plain: bool = False) -> str:
 
 
 def _turning_points(result: Result, moved: MovedLoad) -> list[int]:
-    """Return the first increment, those after which the driven component turns back, and the last one."""
+    """Return the first increment, the increments after which the driven component turns back, and the last one."""
     ends = stage_ends(result.history["stage"]).tolist()
     found, sense = [0], 0
     for before, end in zip([None, *ends], ends, strict=False):

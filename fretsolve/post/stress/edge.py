@@ -7,10 +7,10 @@ hardly do, and less so the mean over the ways to cut the grid into blocks:
 
     S = S_2 + (S_2 - S_4)/(sqrt(2) - 1)
 
-S are the principal stresses from the tractions alone, at several places around the contact: at each of them, and for
-each way to cut the grid, those of the block near it whose tension is largest. In their directions they are added to the
-bulk stress, and the invariants are those of the sum, each where it is largest. Without shear the stress outside of the
-contact is smooth, the error is that of c h, and (S_2 - S_4) is added once.
+S are the principal stresses from the tractions alone, at several places around the contact: at each place, and for each
+way to cut the grid, the stresses of the block nearby with the largest tension. They are added in their directions to
+the bulk stress, and each invariant of the sum is taken where it is largest. Without shear the stress outside of the
+contact is smooth, the error goes like c h, and (S_2 - S_4) is added once.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def merged(window: Window, sides: tuple[int, int]) -> Window:
 
 
 EDGE_CELLS = 2
-"""Cells from the edge of contact that count as those at the edge."""
+"""Cells from the edge of contact that count as cells at the edge."""
 
 NEIGHBOURHOOD, NEIGHBOURHOOD_SHARE = 5.0, 0.15
 """Cells along x and y within which the block of a place lies, or if that is more, their share of the narrower side of
@@ -106,8 +106,8 @@ class _Blocks:
 class EdgeExtrapolation:
     """Extrapolates the largest stresses at the edge of contact of one increment after another.
 
-    loaded: cells of the tractions; wanted: those among which the largest stress is looked for. ratios: Poisson's ratio
-    of each body. tractions: those that are not 0. plane_strain: the contact is a line.
+    loaded: cells of the tractions; wanted: cells among which the largest stress is looked for. ratios: Poisson's ratio
+    of each body. tractions: only tractions that are not 0. plane_strain: the contact is a line.
     """
 
     def __init__(

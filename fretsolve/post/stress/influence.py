@@ -137,7 +137,7 @@ COMPONENTS: tuple[Component, ...] = ("xx", "yy", "zz", "xy", "xz", "yz")
 TRACTIONS: tuple[Traction, ...] = ("p", "qx", "qy")
 
 Terms = Mapping[Potential | Strip, float]
-"""Derivatives of the potentials, or functions of a strip, with their factors; those with a factor of 0 are left out."""
+"""Derivatives of the potentials, or functions of a strip, with their factors; terms with a factor of 0 are left out."""
 
 
 def stress_terms(

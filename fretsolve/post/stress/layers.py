@@ -56,7 +56,7 @@ class LayerKernels:
 class LayerConvolution:
     """Transforms between cells with tractions (`source`) and cells whose stress is wanted (`target`).
 
-    spacing: sides of a cell (mm). tractions: those that are not 0 in all increments. threads: of the inverse
+    spacing: sides of a cell (mm). tractions: only tractions that are not 0 in all increments. threads: of the inverse
     transforms, on whose number no result depends. measured: take a third of a second to plan faster transforms.
     plane_strain: cells are strips without end along y, in one row.
     """

@@ -111,12 +111,12 @@ class DoubledCells:
 
 
 EDGE_LEAD = 0.25
-"""Share of its error by which an extrapolated value at the edge must exceed those of all cells to be the largest."""
+"""An extrapolated value at the edge is the largest if it exceeds all cells' values by this share of its error."""
 
 SOLVED_FACTOR, SOLVED_LINE_FACTOR = 2.0, 4.0
-"""Error at the edge with the tractions of the solver over that with exact ones, and that in line contacts. A cell at
-the edge is loaded or not, and a slip zone may be a few cells wide; in an area contact that varies along the edge
-(docs/verification.md)."""
+"""Error at the edge with the solver's tractions over the error with exact ones, and the same ratio in line contacts. A
+cell at the edge is loaded or not, and a slip zone may be a few cells wide; in an area contact that varies along the
+edge (docs/verification.md)."""
 
 Key = tuple[Body, Invariant]
 
@@ -126,7 +126,7 @@ class Peak:
     """The largest value of an invariant in an increment (MPa).
 
     value: the best estimate, which is the value of the cells unless `at_edge`; error: its estimated error; on_cells:
-    the largest one at the centres of cells, of those at the edge if `at_edge`; x, y, depth: where the value is (mm).
+    the largest value at the centres of cells, of cells at the edge if `at_edge`; x, y, depth: where the value is (mm).
     deepest: it is at the largest depth of several, so that it may grow below; outermost: it is in the last cells of the
     window, so that it may grow beyond; unbounded: it is at a sharp edge or tip, and no value is the largest.
     """
@@ -159,7 +159,7 @@ class PeakSearch:
         self._at_edge: dict[tuple[Body, Invariant, int], float] = {}
 
     def add(self, layer: Layer) -> None:
-        """Note the largest values of a layer, and on the surface also those at the edge of contact."""
+        """Note the largest values of a layer, and on the surface also the largest values at the edge of contact."""
         place = layer.step_index, layer.depth_index
         for name, (value, cell) in largest(layer.stress).items():
             self._values[layer.body, name][place] = value

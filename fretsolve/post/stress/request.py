@@ -47,9 +47,9 @@ WindowChoice = WindowKind | float
 class StressRequest:
     """Stresses to compute.
 
-    bodies, depths (mm, ascending), steps (increments): of each of them the six components; stored: components that the
-    file keeps. source: cells with tractions, `tractions`: those that are not 0; target: cells whose stress is wanted.
-    They may lie outside of the grid, where tractions are 0: before its first cell numbers are negative.
+    bodies, depths (mm, ascending), steps (increments): six components for each; stored: components that the file keeps.
+    source: cells with tractions; tractions: only tractions that are not 0; target: cells whose stress is wanted. They
+    may lie outside of the grid, where tractions are 0: before its first cell numbers are negative.
     """
 
     bodies: tuple[Body, ...]
@@ -176,7 +176,7 @@ def disk_problem(request: StressRequest, free_disk: int | None, advice: str = AS
 
 
 def cell_centres(grid: Grid, window: Window) -> tuple[DoubleArray, DoubleArray]:
-    """Return x and y (mm) of the centres of cells, also of those outside of the grid."""
+    """Return x and y (mm) of the centres of cells, also of cells outside of the grid."""
     x, y = (
         axis[0] + side * np.arange(of.start, of.stop)
         for axis, side, of in zip((grid.x, grid.y), (grid.dx, grid.dy), window, strict=True)
@@ -222,7 +222,7 @@ def case_request(tractions: TractionHistory, spec: StressSpec) -> StressRequest:
 
 
 def increments_of(result: Result, every: int | None) -> tuple[int, ...]:
-    """Return every n-th of the increments with fields and the last one, or, for None, those at the ends of stages."""
+    """Return every n-th increment with fields and the last one, or, for None, the increments at the ends of stages."""
     if every is not None:
         return tuple(step for step in result.steps if (step + 1) % every == 0 or step == result.steps[-1])
     ends = set(stage_ends(result.history["stage"]).tolist())
@@ -239,8 +239,7 @@ def request_before(
 ) -> StressRequest:
     """Return what a case asks for that is not solved yet; shape: of its grid.
 
-    bodies, depths: none for those by default. Of the window around the contact only that is certain which a contact of
-    a quarter of the grid's width has.
+    bodies, depths: none for the default. Only the window around a contact of a quarter of the grid's width is certain.
     """
     side = 1.0 if window == "all" else 0.4
     nx, ny = (max(1, round(side * points)) for points in shape)
@@ -262,7 +261,7 @@ def room_problem(request: StressRequest, free_disk: int | None, advice: str = AS
 
 
 def increments_before(spec: StressSpec, increments: int, stages: int) -> int:
-    """Return at how many increments a case asks for stresses; increments: those with fields."""
+    """Return at how many increments a case asks for stresses; increments: increments with fields."""
     return min(stages, increments) if spec.every is None else -(-increments // spec.every)
 
 

@@ -118,7 +118,7 @@ class BodyStress:
     """The part of a file of stresses about one body.
 
     steps, stages: of the increments; depths, x, y: in mm; columns: the largest stresses over the increments, by name;
-    components: names of those that are stored, as ``(steps, depths, nx, ny)`` in the open HDF5 group of `path`.
+    components: names of the stored components, as ``(steps, depths, nx, ny)`` in the open HDF5 group of `path`.
     """
 
     path: Path

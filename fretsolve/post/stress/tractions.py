@@ -145,7 +145,7 @@ def cycle_stages(case: Case | None, reached: int) -> tuple[int, int] | None:
 
 
 def last_cycle(result: Result) -> tuple[int, ...]:
-    """Return the increments with fields of the last `cycle` that the result holds whole, and the one before it.
+    """Return the increments with fields of the last `cycle` that the result holds whole, and the increment before.
 
     Raises CaseError if there is none.
     """

@@ -159,7 +159,7 @@ def _as_heights(spec: FrictionSpec, line: bool) -> HeightsSurface:
     """Return the map as heights in mm, which are read alike."""
     kind: type[HeightsSurface] = HeightsSurface
     if line:
-        from fretsolve.case.line_case import LineHeights  # other cases need none of it
+        from fretsolve.case.line_case import LineHeights  # other cases do not need it
 
         kind = LineHeights
     return kind.model_construct(
@@ -177,7 +177,7 @@ class FrictionOnContact:
 
     @property
     def number(self) -> float | None:
-        """The coefficient, where it is one number: that of the stage, or of the case."""
+        """The coefficient, where it is one number: the stage's coefficient, or the case's."""
         of_case = self.case.friction.coefficient
         return of_case if self.stage_coefficient is None and isinstance(of_case, float) else self.stage_coefficient
 

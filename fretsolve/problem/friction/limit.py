@@ -127,7 +127,7 @@ class FrictionOnGrid:
         return coefficient
 
     def require_known(self, contact: BoolArray, grid: Grid, case: Case) -> None:
-        """Raise CaseError where cells in contact, (nx, ny), are among those of which a map gives no coefficient."""
+        """Raise CaseError where a map gives no coefficient for cells in contact, (nx, ny)."""
         if self.unknown is None or not (without := self.unknown & contact).any():
             return
         i, j = np.argwhere(without)[0].tolist()
@@ -230,7 +230,7 @@ def cycles_of_little_change(
         largest, drop = max(spec.initial, spec.final), abs(spec.final - spec.initial)
         scale = spec.slip or spec.energy or 1.0
         so_far, more = (fields.slip_path, path) if spec.slip else (fields.work_density, energy)
-        # a cell counts by what it dissipates: of those that have just come into contact there are always some
+        # a cell counts by what it dissipates: some cells have always just come into contact
         weight = energy / max(float(energy.max()), sys.float_info.min)
         in_a_cycle = float((weight * drop * np.exp(-so_far / scale) * more / scale).max())
         return max(1.0, MOST_CHANGE * largest / in_a_cycle) if in_a_cycle > 0.0 else math.inf

@@ -104,8 +104,8 @@ class Grid:
 class LineGrid(Grid):
     """The row of cells of a line contact along x. Sums over its cells are per mm of the line's length.
 
-    log_length: the length l (mm) of the logarithm ln(|x|/l) in the displacements. It is that of the whole grid on all
-    parts of it, since it sets the free constant of the displacements.
+    log_length: the length l (mm) of the logarithm ln(|x|/l) in the displacements. All parts of a grid have the whole
+    grid's length, since it sets the free constant of the displacements.
     """
 
     log_length: float = 1.0
@@ -134,8 +134,8 @@ class LineGrid(Grid):
 class HalfGrid(Grid):
     """The half y > 0 of a grid about y = 0 with an even number of columns. Its fields are even or odd in y.
 
-    Sums over its cells times `cell_area` are those over the whole grid, where what is summed is even. All parts of it
-    begin at y = 0.
+    Sums over its cells times `cell_area` are sums over the whole grid, where what is summed is even. All parts of the
+    half begin at y = 0.
     """
 
     @classmethod

@@ -3,9 +3,9 @@
 Files are HDF5 (``.h5``, ``.hdf5``, ``.hdf``), NumPy (``.npy``, ``.npz``) or text (``.txt``, ``.csv``, ``.dat``,
 ``.xyz``: numbers separated by white space, commas or semicolons; ``#`` begins a comment). The first index, in text the
 row, runs along x, the second along y. Text of three columns that lists every point x, y, z of a regular grid once is
-read as such points, all three in the unit of the heights. The spacing is that of the case, or else that of the points,
-or of the attributes `spacing`, or `dx` and `dy`, of an HDF5 dataset (mm). The map is centred on the surface's centre.
-Values that are not finite are holes.
+read as such points, all three in the unit of the heights. The case gives the spacing, or else the points do, or the
+attributes `spacing`, or `dx` and `dy`, of an HDF5 dataset (mm). The map is centred on the surface's centre. Values that
+are not finite are holes.
 
 Interpolation is bilinear. Measured maps are rough and have holes; a spline would overshoot and carry the effect of a
 hole or a step across the map. It is exact at the points of the map; between them it lies above a paraboloid of radius R
@@ -196,7 +196,7 @@ def _require_possible(values: DoubleArray, source: HeightsSurface, key: KeyPath)
 
 
 def _spacing(source: HeightsSurface, content: _Content, key: KeyPath) -> tuple[float, float]:
-    """Return the spacing (mm) of the case, or else that of the file."""
+    """Return the case's spacing (mm), or else the file's spacing."""
     if source.spacing is not None:
         return source.spacing
     example = "give that of the map's points, such as [1 um, 1 um]"

@@ -34,7 +34,7 @@ LEAST_RADIUS = 0.05
 
 NEAREST = 0.003
 """Share that is left of a stage, down to which edge motion is added towards its end, as the logarithm of that share.
-With 25 increments of a growing load the last one is 1 % of it instead of 12 %."""
+With 25 increments of a growing load the last increment is 1 % of the stage instead of 12 %."""
 
 UNKNOWN = 0.8
 """Edge motion of a stage without an estimate, spread evenly."""

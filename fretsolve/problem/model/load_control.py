@@ -1,6 +1,6 @@
 """Load control of three rigid modes: a resultant or a displacement is imposed on each.
 
-Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z), and those of the resultants
+Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z); resultants follow the orders
 (P, Mx, My) and (Qx, Qy, Mz).
 """
 

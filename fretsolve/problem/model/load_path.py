@@ -289,7 +289,7 @@ def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
 
     It does where pressure and shear change each other, where the pressure changes under shear, where several
     tangential loads or bulk stresses turn the slip, and where friction depends on the slip.
-    moved: those of them moved up to the end of the stage.
+    moved: names of the loads moved up to the end of the stage.
     """
     if not _moves(stage):
         return False

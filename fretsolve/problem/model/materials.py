@@ -80,7 +80,7 @@ class BulkResponse:
     plane_strain: bool = False
 
     def mismatch(self, stresses: Mapping[str, float]) -> Vector:
-        """Return De_xx, De_yy, De_xy, (3,), under bulk stresses (MPa) by their names; those not named are 0."""
+        """Return De_xx, De_yy, De_xy, (3,), under bulk stresses (MPa) by their names; stresses not named are 0."""
         first, second = (
             surface_strain(kind, [stresses.get(name, 0.0) for name in BULK[body]], self.plane_strain)
             for body, kind in enumerate(self.bodies, start=1)
@@ -88,7 +88,7 @@ class BulkResponse:
         return second - first
 
     def with_constraint(self, stresses: Mapping[str, float]) -> dict[str, float]:
-        """Return bulk stresses (MPa) by their names; in plane strain with that along y, nu times that along x."""
+        """Return bulk stresses (MPa) by their names; in plane strain yy is nu times xx."""
         found = dict(stresses)
         for body, kind in enumerate(self.bodies, start=1) if self.plane_strain else ():
             along, across, _ = BULK[body]

@@ -58,7 +58,7 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
             case "punch":
                 total += _punch(column, row, surface)
             case "heights":
-                from fretsolve.problem.model.height_map import height_map_separation  # other surfaces need none of it
+                from fretsolve.problem.model.height_map import height_map_separation  # other surfaces do not need it
 
                 total += height_map_separation(surface, from_x, from_y, ("surface", index, "heights"))
     return total
@@ -87,7 +87,7 @@ def height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, floa
     """Read the height maps among the surfaces; yield their centres (mm) with them."""
     for index, surface in enumerate(surfaces):
         if surface.kind == "heights":
-            from fretsolve.problem.model.height_map import load_height_map  # other surfaces need none of it
+            from fretsolve.problem.model.height_map import load_height_map  # other surfaces do not need it
 
             yield surface.center, load_height_map(surface, ("surface", index, "heights"))
 
@@ -159,8 +159,8 @@ PEAK = 1.8
 """Largest pressure at a rounded edge over K / d^(1/2)."""
 
 HARDLY_SEEN = 0.28
-"""Least part of the pressure that cells may miss at a rounding in contact over less than one: the last cell's is less
-than that of K / s^(1/2) where it sees a part of it."""
+"""Least part of the pressure that cells may miss at a rounding in contact over less than one cell: the last cell has
+less than the pressure K / s^(1/2) where it sees a part of the rounding."""
 
 SLIPPING, SEEN = 2.0, 1.5
 """Energy that slip within a rounding dissipates, over mu^2 K^2 d/E* and (K_q / mu K)^3, per length of the edge, with
@@ -280,7 +280,7 @@ def rounding(surface: Surface) -> float | None:
 
 
 def flat_part(punch: PunchSurface, *, line: bool) -> float:
-    """Return the radius (mm) of the flat part of a punch, that of a circle of its area if it is square.
+    """Return the radius (mm) of the flat part of a punch; a square part counts as a circle of equal area.
 
     line: in line contact it is the half-width. A punch's rounding begins within its size, in line contact beyond it.
     """
@@ -330,13 +330,13 @@ def _covered(surface: Surface, grid: Grid, radius: float) -> float:
 def _told(part: float) -> float:
     """Return what the larger pressure of the last two cells tells of K, over what it does where the last is covered.
 
-    part: that of the last cell which is covered.
+    part: of the last cell that is covered.
     """
     return max(math.sqrt(part), math.sqrt(1.0 + part) - math.sqrt(part))
 
 
 def _beyond(surface: Surface, x: DoubleArray, y: DoubleArray) -> DoubleArray:
-    """Return the distance past the end of a body, negative inside of it."""
+    """Return the distance past the end of a body, negative inside the body."""
     if surface.kind == "cylinder":
         along = np.abs(math.cos(surface.axis) * x + math.sin(surface.axis) * y)
         return np.asarray(along - 0.5 * (surface.length or math.inf))

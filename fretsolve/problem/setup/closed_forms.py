@@ -258,7 +258,7 @@ class ClosedForms:
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
         friction, varies = self.model.friction, self.case.friction_varies
         if varies:
-            # The coefficient that carries as much: under a shear limit that of the case may be a mere large number.
+            # The coefficient that carries as much: under a shear limit the case's own may be a mere large number.
             carried = self._friction_on_contact().gross_slip_force(circle)
             friction = friction if carried is None else carried / circle.load
         found = cyclic_loading(circle, friction, compliances, (P, Qx, Qy, torque), (x, y))

@@ -64,7 +64,7 @@ class Estimate:
 def estimate(setup: ProblemSetup) -> Estimate:
     """Estimate the cost of running the case on one thread."""
     cells, single = math.prod(setup.grid.shape), setup.case.solver.precision == "single"
-    with_coarse = 1.0 + 0.4 * setup.case.solver.error_bars  # of memory and time, over those of the run
+    with_coarse = 1.0 + 0.4 * setup.case.solver.error_bars  # memory and time, over the run's alone
     increments, pressed = _increments(setup)
     # Applications, and what else takes as long, of each part over the whole path.
     model, coupling = setup.model, setup.model.terms.normal_tangential_coupling
@@ -127,7 +127,7 @@ def _solved_cycles(setup: ProblemSetup) -> dict[KeyPath, dict[str, float]]:
 
 
 def _by_cause(jumps: WearJumps, cycle: WornCycle | None, coupled: bool) -> dict[str, float]:
-    """Return about how many cycles are solved because of each key. cycle: what closed forms say of it, None if nothing.
+    """Return about how many cycles are solved because of each key. cycle: what closed forms say, None if nothing.
 
     coupled: whether pressure and shear change each other.
     """
@@ -230,7 +230,7 @@ def rounded_time(seconds: float) -> str:
 
 
 def _in_units(value: float, units: dict[str, float], least: float) -> str:
-    """Write a value with two digits, in the first of `units` of which it has at least `least`, or in the last one."""
+    """Write a value with two digits, in the first of `units` in which it is at least `least`, else in the last unit."""
     unit = next((unit for unit, factor in units.items() if value >= least * factor), list(units)[-1])
     amount = value / units[unit]
     return f"{amount:.2g} {unit}" if amount < 10.0 else f"{amount:.0f} {unit}"

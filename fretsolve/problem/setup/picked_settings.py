@@ -37,7 +37,7 @@ and the side over the width of such a line contact."""
 
 FEWEST_COARSE_POINTS, COARSENED = 8, 3
 """Points per side of the coarsest run for error bars, at least, since with fewer a contact has no inside; and by what
-they are fewer than those of the run."""
+factor the run has more."""
 
 
 def size_by_closed_form(forms: ClosedForms) -> Size | None:
@@ -134,8 +134,8 @@ Law = tuple[float, float]
 """An error bar, and the order with which it falls with the number of what it depends on."""
 
 CELLS, CELLS_LAW = 30.0, (0.035, 1.4)
-"""Cells across the contact, and the law of the error bar of the stick radius with them, which is the largest of those
-that cells cause (docs/error_bars.md)."""
+"""Cells across the contact, and the law by which the error bar of the stick radius falls with these cells. It is the
+largest bar that cells cause (docs/error_bars.md)."""
 
 SHEARED_LAW, PRESSED_LAW = (0.9, 2.4), (1.5, 1.57)
 """Laws of the error bar of the dissipated energy, from a slip annulus of one cell on: for similar bodies under shear,
@@ -168,7 +168,7 @@ def points_needed(
 ) -> tuple[int, int]:
     """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
 
-    They follow from the contact's share of the area, which is all of it where the contact's size is unknown, and from
+    They follow from the contact's share of the area, the whole area where the contact's size is unknown, and from
     `heights` that are finer than such cells. heights, automatic_size: as of `ProblemSetup`. Raises FileError or
     CaseError where a map cannot be read or is too fine.
     """

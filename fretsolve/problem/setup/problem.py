@@ -134,7 +134,7 @@ def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> Closed
     """Return the closed forms that hold for a case under `loads` one after another."""
     if not model.line:
         return ClosedForms(case, model, loads)
-    from fretsolve.problem.setup.line_forms import LineClosedForms  # other cases need none of them
+    from fretsolve.problem.setup.line_forms import LineClosedForms  # other cases do not need them
 
     return LineClosedForms(case, model, loads)
 

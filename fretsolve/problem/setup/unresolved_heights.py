@@ -38,8 +38,8 @@ LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
 that mean pressure, over E*, where no force is imposed."""
 
 RIDGE = math.log(16.0)
-"""Part of E* t/2 pi by which the pressure of a ridge may exceed that of cells: that of cells a sixteenth as long does.
-It has no limit, but facets are no real ones either."""
+"""Excess of a ridge's pressure over the cells' pressure, in parts of E* t/2 pi: the pressure of cells a sixteenth as
+long. The pressure of a ridge has no limit, but facets are no real ridges either."""
 
 Pair = tuple[float, float]
 
@@ -127,12 +127,12 @@ class HeightMaps:
         return 0.5 * self.contact_modulus * math.sqrt(math.fsum(missed))
 
     def ridge_pressure(self, cell: Pair) -> float:
-        """Return by how much (MPa) the pressure at ridges between facets may exceed that of cells of sides `cell`."""
+        """Return by how much (MPa) ridges between facets may exceed the pressure of cells of sides `cell`."""
         angles = [math.hypot(*(one.ridge(axis, side) for axis, side in enumerate(cell))) for one in self.maps]
         return RIDGE * self.contact_modulus * sum(angles) / (2.0 * math.pi)
 
     def too_coarse(self) -> bool:
-        """Return whether a map has waves near its own spacing: cells as long as that would miss them."""
+        """Return whether a map has waves near its own spacing: cells as long as the spacing would miss them."""
         return any(one.unresolved(axis, one.spacing[axis], self._negligible) for one in self.maps for axis in (0, 1))
 
     def resolving_points(self, size: Pair, points: tuple[int, int]) -> tuple[int, int]:

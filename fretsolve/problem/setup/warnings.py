@@ -344,7 +344,7 @@ def _about_punch(setup: ProblemSetup, punch: PunchSurface, radius: float) -> Ite
     load, flat = setup.closed_forms.largest_force, flat_part(punch, line=setup.model.line)
     if load <= 0.0 or flat <= 0.0:
         return
-    # near the edge of the flat part the pressure is that of a rigid flat punch, K / s^(1/2) at the distance s
+    # near the edge of the flat part a rigid flat punch has the pressure K / s^(1/2) at the distance s
     factor = load / (math.pi * math.sqrt(2.0 * flat) * (1.0 if setup.model.line else 2.0 * flat))
     depth = depth_in_rounding(factor, radius, setup.model.compliances.contact_modulus)
     side = max(setup.grid.dx, setup.grid.dy)

@@ -40,7 +40,7 @@ class WornCycle:
 
     key: where it stands in the case file; stages: its first and last stage in the first repetition (from 1); hertz:
     Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
-    or of the displacement (mm), about mean; forced: whether it is that of the force; load_kept: whether P is imposed,
+    or of the displacement (mm), about mean; forced: whether of the force; load_kept: whether P is imposed,
     else the approach is; coupled: whether pressure and shear change each other, which no closed form here includes.
     """
 
@@ -65,7 +65,7 @@ class WornCycle:
 
     @cached_property
     def slip(self) -> CattaneoMindlin:
-        """Partial slip at the amplitude, up to that at which the contact begins to slide."""
+        """Partial slip at the amplitude, at most the amplitude at which the contact begins to slide."""
         if self.slides:
             return self._sliding
         force = self.amplitude
@@ -101,7 +101,7 @@ class WornCycle:
 
     @property
     def time(self) -> float:
-        """T, the number of cycles without units: V/V0 of gross slip, else that of `partial_slip_wear_time`."""
+        """T, the number of cycles without units: V/V0 in gross slip, else `partial_slip_wear_time`."""
         if self.slides:
             return self.volume_at_first_rate / volume_scale(self.hertz)
         numbers = self.friction, self.contact_modulus, self.compliance, self.coefficient, self.jumps.represents
@@ -141,7 +141,7 @@ class WornCycle:
     def largest_radius(self) -> float:
         """The largest radius (mm) of the worn contact, estimated for the size of the grid.
 
-        It is (a0^4 + 4 R V/pi)^(1/4), or that of the worn limit. A ring may be up to a tenth wider.
+        It is (a0^4 + 4 R V/pi)^(1/4), or the radius of the worn limit. A ring may be up to a tenth wider.
         """
         if (end := self.likely_limit) is None:
             return _radius_with(self.hertz, self.volume_at_first_rate)
@@ -177,7 +177,7 @@ def _radius_with(unworn: HertzContact, volume: float) -> float:
 
 
 def worn_cycles(forms: ClosedForms) -> tuple[WornCycle, ...]:
-    """Return the cycles of a case that stand for others and of which closed forms tell."""
+    """Return the cycles of a case that stand for others and have closed forms."""
     return tuple(cycle for one in _first_repetitions(forms) if (cycle := _worn_cycle(forms, *one)) is not None)
 
 

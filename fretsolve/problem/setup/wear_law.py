@@ -18,7 +18,7 @@ from fretsolve.system.arrays import DoubleArray, FloatArray
 
 LEAST_PRESSURE = 0.1
 """Smallest pressure, over the mean one in contact, in a law of wear that depends on it: cells that do not touch yet
-would have no rate, or one without limit. Half or twice of it changes volumes by less than 0.1 %."""
+would have no rate, or one without limit. Half or twice this pressure changes volumes by less than 0.1 %."""
 
 MOST_RATE = 4.0
 """Largest rate of a cell over the rate of its path of slip. Where the pressure at the end of a cycle is less than a
@@ -65,7 +65,7 @@ class WearLaw:
         return np.asarray(self.k * reference * (np.maximum(pressure, 0.0) / reference) ** self.exponent)
 
     def of_bodies(self, depth: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the worn depths (mm) of body 1 and body 2 from that of both together."""
+        """Return the worn depths (mm) of body 1 and body 2 from the worn depth of both together."""
         return self.share[0] * depth, self.share[1] * depth
 
 

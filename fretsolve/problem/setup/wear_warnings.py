@@ -29,7 +29,7 @@ INSET, SPREAD = 0.11, 0.04
 by how much that is known: worn limits and volumes on 75 grids of 32 to 128 points a side give 0.10 to 0.12."""
 
 SCATTER = 0.2
-"""Expected error of a stick radius over a cell's side, times the root of the cells in it; half of it where the
+"""Expected error of a stick radius over a cell's side, times the root of the cells in it; half as large where the
 contact's middle lies on no corner of cells and in the middle of none, so that no eight cells change at once."""
 
 

@@ -44,8 +44,8 @@ class CycleSteps:
     """A cycle in a history: from the increment `first` (-1: the start) to `last`.
 
     number: of the cycles in the history, from 1; run: which `cycle` of the load path, from 1; turn: which repetition of
-    it; until: the tolerance of one that runs until it is periodic, and most: its most repetitions. moved: components
-    that its stages name; key: where it stands in the case.
+    that cycle; until: the tolerance of a cycle that runs until it is periodic, most: its most repetitions. moved:
+    components that its stages name; key: where it stands in the case.
     """
 
     number: int
@@ -147,7 +147,7 @@ def _changes(history: History, before: CycleSteps, now: CycleSteps, scales: Mapp
 
 
 def _scales(history: History, cycle: CycleSteps) -> dict[str, float]:
-    """Return the ranges in a cycle over which loads and displacements at its end are measured, those above 0."""
+    """Return the ranges above 0 in a cycle, over which loads and displacements at its end are measured."""
     rows = slice(max(cycle.first, 0), cycle.last + 1)
 
     def span(*names: str) -> float:
@@ -174,8 +174,8 @@ OF_A_PARABOLA = 0.25
 in the middle of equal increments."""
 
 LEAST_COMPLIANCE = 0.5
-"""Least extrapolated compliance at a reversal over that of the first increment: where the increment has more slip than
-elastic displacement, its points do not tell the slope."""
+"""Least extrapolated compliance at a reversal over the first increment's compliance: where the increment has more slip
+than elastic displacement, its points do not tell the slope."""
 
 
 class Measure(NamedTuple):
@@ -265,7 +265,7 @@ def _stiffness_after(force: DoubleArray, motion: DoubleArray) -> Measure:
 
 
 def range_error(values: DoubleArray, stage: DoubleArray) -> float:
-    """Return by how much the largest and smallest value may lie beyond those at the ends of increments.
+    """Return by how much the largest and smallest value may lie beyond the values at the ends of increments.
 
     They do not where a stage ends with them, since the load turns there. stage: of each value.
     """

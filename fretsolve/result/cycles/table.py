@@ -1,8 +1,8 @@
 """The table of the cycles of a result: the loop of each, what it dissipates, and whether it is periodic.
 
-The loop of a cycle is that of the force over the displacement along the direction in which the contact is moved, or of
-the torque over the rotation where no force is. Where nothing tangential acts, it is that of the moment or normal force
-which moves.
+The loop of a cycle is the force over the displacement along the direction in which the contact is moved, or the torque
+over the rotation where no force is. Where nothing tangential acts, the moment or normal force that moves gives the
+loop.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def cycle_table(
 
 
 def _quantities(*, moments: bool, line: bool) -> list[Quantity]:
-    """Return all columns that a table may have: those of `CYCLES`, corrected values, and the error bars of both."""
+    """Return all columns that a table may have: `CYCLES`, corrected values, and the error bars of both."""
     known = {one.name: replace(one, units=_units(one, moments=moments, line=line)) for one in CYCLES}
     for name in CORRECTED_CYCLE_NAMES:
         as_run = known[name.removesuffix(CORRECTED_SUFFIX)]
@@ -149,7 +149,7 @@ def _quantities(*, moments: bool, line: bool) -> list[Quantity]:
 
 
 def _with_corrected_values(history: History) -> dict[str, NDArray[Any]]:
-    """Return a history with the corrected values, and their error bars, in place of those as run."""
+    """Return a history with the corrected values, and their error bars, in place of the values as run."""
     corrected = [name for name in history if name.endswith(CORRECTED_SUFFIX)]
     found = dict(history)
     for name in corrected:
@@ -207,7 +207,7 @@ def _notes(rows: Sequence[Mapping[str, float]]) -> Iterator[str]:
 
 
 def _pair(history: History, cycles: Sequence[CycleSteps]) -> tuple[str, str] | None:
-    """Return the load and displacement whose loops all cycles have; None for those along the direction of shear."""
+    """Return the load and displacement whose loops all cycles have; None for loops along the direction of shear."""
     moved = frozenset[str]().union(*(one.moved for one in cycles))
     if moved & FORCES.union(*BULK.values()):
         return None
@@ -298,7 +298,7 @@ def _errors(
 
     of_energy, of_force = share(energy, "dissipated_energy"), share(force, "force_range")
     of_motion = share(motion, "displacement_range")
-    # The width of the loop is that of its area: energy over force.
+    # The loop's width follows from its area: energy over force.
     of_width = math.hypot(of_energy, of_force)
     found = {
         "dissipated_energy": energy,
@@ -313,7 +313,7 @@ def _errors(
 
 
 def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> tuple[DoubleArray, DoubleArray]:
-    """Return force and displacement along the direction of the loop, or those of a `pair`, from its begin on."""
+    """Return force and displacement along the direction of the loop, or the columns of a `pair`, from its begin on."""
     if pair is not None:
         return _rows(history, pair[0], cycle), _rows(history, pair[1], cycle)
     forces, motions = (

@@ -32,7 +32,7 @@ MANY. Stages of less have all and twice as many."""
 
 
 class CoarseCounts(NamedTuple):
-    """Increments per stage of the coarse runs: on a third of the points, on the same ones to compare, and on half.
+    """Increments per stage of the coarse runs: on a third of the points, on these points again to compare, and on half.
 
     other: None where the number of increments does not matter.
     """
@@ -67,7 +67,7 @@ def coarse_counts(setup: ProblemSetup, slips: tuple[bool, ...]) -> CoarseCounts:
 
 
 def where(slips: Iterable[bool], here: Iterable[int], there: Iterable[int]) -> tuple[int, ...]:
-    """Return the numbers of `here` for stages that slip, and those of `there` for the others."""
+    """Return the numbers of `here` for stages that slip, and the numbers of `there` for the others."""
     return tuple(one if slipping else other for slipping, one, other in zip(slips, here, there, strict=True))
 
 
@@ -113,7 +113,7 @@ class PathPoint(NamedTuple):
 
 
 def at_point(values: Callable[[int], DoubleArray], path: LoadPath, point: PathPoint) -> DoubleArray:
-    """Return `values` of increments of `path` at a point of it, interpolated between them."""
+    """Return `values` at a point of `path`, interpolated between the values of its increments."""
     step = sum(path.counts[: point.stage]) + point.part * path.counts[point.stage] - 1.0
     low, high = around(step)
     before = values(low)
@@ -140,7 +140,7 @@ def common_points(one: LoadPath, other: LoadPath, point: PathPoint) -> tuple[Pat
 def between_common_points(
     value: Callable[[PathPoint], DoubleArray], one: LoadPath, other: LoadPath, point: PathPoint
 ) -> DoubleArray:
-    """Return `value` at a point, interpolated between those at which the path with fewer increments has one."""
+    """Return `value` at a point, interpolated between points at which the path with fewer increments has a value."""
     first, second, share = common_points(one, other, point)
     return value(first) * (1.0 - share) + share * value(second) if share else value(second)
 
@@ -238,7 +238,7 @@ class CoarseRuns:
             coarse.setup = replace(coarse.setup, load_path=coarse.setup.load_path.without(self._left_out))
 
     def refinement(self, coarse: CoarseRun) -> float:
-        """Return the points per side of the run over those of a coarse one."""
+        """Return the run's points per side over a coarse run's points per side."""
         cells = self._points / math.prod(coarse.setup.grid.shape)
         return cells if self._directions == 1 else math.sqrt(cells)
 
@@ -273,7 +273,7 @@ class CoarseRuns:
         return -self._errors(self._path, self.point(step)) if step >= 0 else np.zeros(len(ESTIMATED))
 
     def half_less_third(self, point: PathPoint) -> DoubleArray:
-        """Return the values at a point on half of the points less those on a third, with as many increments.
+        """Return the values at a point on half of the points less the values on a third, with as many increments.
 
         Before the first increment that both have, the difference is the one there: radii differ under the least load.
         """
@@ -306,7 +306,7 @@ class CoarseRuns:
     def _errors_at(self, path: LoadPath, point: PathPoint) -> DoubleArray:
         """Return the errors at a point that the runs on a third of the points have in common.
 
-        They are of first order, but that of the energy of the first stage of its own.
+        They are of first order; the energy of the first stage has an order of its own.
         """
         errors: DoubleArray = self._other_less_third(point) * self._part(path, point.stage)
         if self._slips[self._path.stages[0].number]:
@@ -319,7 +319,7 @@ class CoarseRuns:
         return self.other_increments.values_at(point) - self.third.values_at(point)
 
     def _part(self, path: LoadPath, stage: int, order: float = 1.0) -> float:
-        """Return the error of the increments of `path` over the difference of those on a third of the points."""
+        """Return the error of the increments of `path` over the difference of the runs on a third of the points."""
         assert self.other_increments is not None
         runs = self.other_increments.setup.load_path, self.third.setup.load_path
         other, third = (run.counts[stage] ** -order for run in runs)

@@ -1,4 +1,4 @@
-"""Error bars: estimates of how far a run's values lie from those of the continuum, and values corrected for increments.
+"""Error bars: estimates of how far a run's values lie from the continuum's values, and values corrected for increments.
 
 A bar is the root of the squares of four errors: of the cells, as coarse runs on half and on a third of the points per
 side show it by Richardson's extrapolation of first order; a least one for what all grids hide (`floors`); of the
@@ -40,14 +40,14 @@ INCREMENTS, LEFT = 2.0, 0.5
 by the increments that is left in corrected values: one of first order would take 1, and leave next to nothing."""
 
 LINKED = 0.1
-"""Least relative error of tangential values and of the stick radius over that of the energy by the increments."""
+"""Least relative error of tangential values and of the stick radius over the energy's error by the increments."""
 
 PRESSED = 0.3
 """Least relative error of the energy of dissimilar bodies over k^(-3/2) with the fewest increments k of a stage so far:
-they slip as they are pressed, and few increments and twice as many hide alike what that leaves in the surfaces."""
+they slip as they are pressed, and few increments and twice as many hide alike what pressing leaves in the surfaces."""
 
 SLIDING = 0.01
-"""Part of the friction limit that is left, up to which loads cannot err by more than that."""
+"""Part of the friction limit that is left, up to which loads cannot err by more than this part."""
 
 STICK, WORK = map(ESTIMATED.index, ("stick_radius", "work"))
 SHEAR_LOADS = [ESTIMATED.index(name) for name in ("Qx", "Qy", "Mz")]
@@ -112,7 +112,7 @@ class ErrorBars:
             self._add(summary)
         if history:
             self._follow(self._path.followed(history))
-            # Catch up now: the cost of the increments that are there already is not that of the next one.
+            # Catch up now: the next increment is not charged with the cost of the increments that are there already.
             for end in (end for end in self._path.last_steps if end <= history[-1].step):
                 self._remember(self._change_by_increments(end))
             self._change_by_increments(history[-1].step)
@@ -133,7 +133,7 @@ class ErrorBars:
             self._remember(change)
         held *= INCREMENTS * (1.0 + 1.0 / self._fewest[summary.stage - 1])
         parts = np.array([self._by_cells(summary.step), least, self._linked(change), held])
-        if self._shear_path.left <= SLIDING or not summary.P:  # then the loads are those of the friction limit
+        if self._shear_path.left <= SLIDING or not summary.P:  # then the friction limit gives the loads
             left = self._shear_path.left * self._carried(summary) * np.array([1.0, 1.0, torque_arm(summary)])
             parts[:, SHEAR_LOADS] = np.minimum(parts[:, SHEAR_LOADS], left)
             change[SHEAR_LOADS] = np.clip(change[SHEAR_LOADS], -left, left)
@@ -188,11 +188,11 @@ class ErrorBars:
         return np.asarray(np.max(np.abs(found) / (np.array(self._finer)[:, None] - 1.0), axis=0))
 
     def _differences(self, step: int) -> tuple[DoubleArray, DoubleArray]:
-        """Return the run's values less those on half and on a third of the points.
+        """Return the run's values less the values on half and on a third of the points.
 
-        After the last increment that the run on a third of the points has too, its difference is taken to change by as
-        much of that of the coarse runs as the first order says, which is known at all increments. Where both have the
-        same points, values on a third of the points are interpolated.
+        After the last increment that the run on a third of the points has too, its difference is taken to change in
+        proportion to the difference of the coarse runs, by first order. The latter is known at all increments. Where
+        both have the same points, values on a third of the points are interpolated.
         """
         half, third = self._finer
         over = (third - 1.0) / (third - half) if third > half else 0.0

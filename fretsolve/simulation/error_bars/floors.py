@@ -20,7 +20,7 @@ from fretsolve.system.arrays import DoubleArray, vector_lengths
 Shares = tuple[float, float, float]
 
 TORQUE_ARM = 1.5
-"""Under a torque the shear traction at the edge of a round punch is so many times that of a force over the radius."""
+"""Shear traction at the edge of a round punch under a torque, over the traction under the force torque / radius."""
 
 TURNS_SEEN = 2
 """Number of increments by which a stage that turns the shear converges later than with the first order."""
@@ -79,8 +79,8 @@ class Cells:
 
     side: the longer one of a cell (mm); edges: tips and edges of the surfaces; sharp: whether a body ends within a
     cell; flattening, ridges: pressures (MPa) that would flatten what the cells do not see of height maps, and of their
-    ridges beyond that of cells; maps: whether there are any; uniform: whether the friction limit is everywhere the
-    model's coefficient times the pressure; holes: the edge of a height map's holes that the contact reaches.
+    ridges beyond the pressure of cells; maps: whether there are any; uniform: whether the friction limit is everywhere
+    the model's coefficient times the pressure; holes: the edge of a height map's holes that the contact reaches.
     """
 
     model: Model
@@ -223,8 +223,8 @@ OUTLINE, OUTLINE_ROW = 0.13, 0.5
 their cells. Loads, displacements and energies have the relative error of the radius, moments and turns with it."""
 
 THIN = 0.1
-"""Least relative error over h/a of forces and displacements, three times that of torques and turns, where an annulus of
-no width slips: the shear traction rises towards an edge that cells place to a part of one. It falls with the width."""
+"""Least relative error over h/a of forces and displacements where an annulus of no width slips, times 3 for torques and
+turns: the shear traction rises towards an edge that cells place to a part of one. It falls with the width."""
 
 UNSEEN_STICK = 1.2
 """Radius over h of a round stick zone that may exist although no cell sticks."""
@@ -238,12 +238,12 @@ TURNED = 0.03
 
 
 def floors(cells: Cells, state: State, largest: Mapping[str, float], path: ShearPath, in_annuli: float) -> DoubleArray:
-    """Return the least errors of `ESTIMATED`, in their order; that of a pressure at a sharp edge is infinite.
+    """Return the least errors of `ESTIMATED`, in their order; a pressure at a sharp edge has an infinite error.
 
     largest: largest absolute values so far; in_annuli: least error (mJ) of all energy by slip annuli.
     """
     summary, cells = state.summary, cells.reached_by(state)
-    # Where the contact has opened, the largest one counts: its errors are those that are left.
+    # Where the contact has opened, the largest radius counts: its errors remain.
     radius = summary.contact_radius or largest["contact_radius"]
     if not radius:
         return np.zeros(len(ESTIMATED))
@@ -271,7 +271,7 @@ def _of_sums(
 ) -> dict[str, float]:
     """Return the least errors of loads, displacements and turns.
 
-    edge: radius of the contact (mm), its relative error where a body ends, and that of a thin annulus.
+    edge: radius of the contact (mm), its relative error where a body ends, and the relative error of a thin annulus.
     """
     radius, outline, thin = edge
     ratio = min(cells.side / radius, 1.0)
@@ -280,7 +280,7 @@ def _of_sums(
     moment = MOMENT * ratio ** (1.5 if cells.model.line else 2.0) + (outline if cells.holes else 0.0)
     force, motion = (math.hypot(largest[f"{name}x"], largest[f"{name}y"]) for name in ("Q", "delta_"))
     tilt = largest["delta_z"] / radius
-    if cells.model.line:  # whose approach has a free constant: that of a cylinder under the moment P a
+    if cells.model.line:  # free constant in the approach: tilt of a cylinder under the moment P a
         tilt = 4.0 * largest["P"] / (math.pi * cells.model.compliances.contact_modulus * radius)
     return {
         "P": part * largest["P"],

@@ -309,7 +309,7 @@ def _require_known(
     kind: ReferenceKind,
     known: Mapping[StageQuantity, float] | None,
 ) -> None:
-    """Raise CaseError unless the runs have what `text` names, and the reference one value of it at least."""
+    """Raise CaseError unless the runs have what `text` names, and the reference has at least one value of `text`."""
     name = named[0].name
     message = ""
     if name in WEAR_NAMES and setup.case.wear is None:

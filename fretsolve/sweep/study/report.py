@@ -68,10 +68,10 @@ def failures(study: Assessment) -> Iterator[str]:
 
 
 def advice(study: Assessment) -> Iterator[str]:
-    """Yield for each target the cheapest run that meets it in all quantities, how well, and what that saves.
+    """Yield for each target the cheapest run that meets it in all quantities, how well, and what the choice saves.
 
     A run meets the target if its errors, as they are shown, are no larger. If only sizes of zones and energies miss it,
-    and a run that meets it otherwise costs half of that, a second sentence names it. No advice if the problem itself
+    and a run that meets it otherwise costs half as much, a second sentence names it. No advice if the problem itself
     changes.
     """
     targets: dict[str, list[str]] = {}

@@ -19,7 +19,7 @@ from fretsolve.result.state import Zone
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 LEAST_CHANGE = 1e-6
-"""A smaller change of the load, in parts of it, is round-off."""
+"""A smaller relative change of the load is round-off."""
 
 
 def streamlines(result: Result, ax: Target = None, *, step: int | None = None) -> Figure:

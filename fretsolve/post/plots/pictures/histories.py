@@ -77,9 +77,9 @@ def loop(result: Result, ax: Target = None) -> Figure:
 def stick_history(result: Result, ax: Target = None) -> Figure:
     """Draw c/a, stick radius over contact radius, over each tangential load that the path moves, or else over P.
 
-    Bulk stress is one of them where it moves without the others. Radii are of circles of equal area, and those at
-    the end of the cycle before where wear changes the surfaces. Closed forms for the computed forces are drawn where
-    they apply. Raises PictureError.
+    Bulk stress is one of them where it moves without the others. Radii are of circles of equal area; where wear changes
+    the surfaces, they are the radii at the end of the cycle before. Closed forms for the computed forces are drawn
+    where they apply. Raises PictureError.
     """
     require_increments(result)
     if not np.any(result.history["max_shear"]) and not np.any(result.history["stick_radius"]):

@@ -51,7 +51,7 @@ ZONE_COLORS = ListedColormap(["white", "#3b5b92", "#f2c14e"], "fretsolve zones")
 
 @dataclass(frozen=True)
 class FieldScale:
-    """Colours of a field. factor: from the result's unit to that of `label`."""
+    """Colours of a field. factor: from the result's unit to the unit in `label`."""
 
     name: str
     label: str
@@ -221,7 +221,7 @@ def draw_field(axes: Axes, snapshot: Snapshot, scale: FieldScale, box: Bbox) -> 
 def draw_cells(
     axes: Axes, result: Result, values: NDArray[Any], hidden: BoolArray, norm: Normalize, colors: Colormap
 ) -> AxesImage:
-    """Draw the cells (nx, ny) in their colours, except those `hidden`."""
+    """Draw the cells (nx, ny) in their colours, except `hidden` cells."""
     return axes.imshow(
         np.ma.masked_where(hidden, values).T,
         origin="lower",

@@ -53,7 +53,7 @@ COMPONENTS: dict[str, dict[str, Any]] = {
 class ProfileLine:
     """A line through the contact along `axis` (0: x, 1: y), at `at` (mm) on the other axis.
 
-    along: the cell centres on it, across: those on the other axis (mm).
+    along: the cell centres on it, across: the cell centres on the other axis (mm).
     """
 
     axis: int
@@ -273,6 +273,6 @@ def _draw_line(axes: Axes, cycles: DoubleArray, values: DoubleArray) -> None:
 
 
 def _changes(result: Result) -> IndexArray:
-    """Return the increments after which more cycles are counted, and the one before the first of them."""
+    """Return the increments after which more cycles are counted, and the increment before the first such increment."""
     grown = np.flatnonzero(np.diff(result.history["cycles"]) > 0.0) + 1
     return np.concatenate([grown[:1] - 1, grown]) if len(grown) else np.array([0])

@@ -69,7 +69,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
     snapshot = Snapshot(result, chosen)
     row = int(np.abs(result.y - shown_place(snapshot)[1]).argmin())
     below = np.linspace(0.0, DEEPEST * (radius or 0.25 * tractions.grid.nx * tractions.grid.dx), 48)
-    depths = [0.0, *below[below >= 0.5 * tractions.grid.dx].tolist()]  # the surface, then those from half a cell on
+    depths = [0.0, *below[below >= 0.5 * tractions.grid.dx].tolist()]  # the surface, then depths from half a cell on
     section = replace(request, depths=tuple(depths), target=(request.target[0], slice(row, row + 1)))
     below = np.stack([layer.stress[:, :, 0] for layer in layers(tractions, section)], axis=-1)  # (6, nx, depths)
     panels: list[tuple[str, Invariant]] = [("section", name) for name in SHOWN]
