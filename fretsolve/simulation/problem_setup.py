@@ -15,8 +15,6 @@ import numpy as np
 
 from fretsolve.case.keys.body_specs import Surface
 from fretsolve.case.models import Case
-from fretsolve.contact.solvers.normal import NormalSolver, grown
-from fretsolve.elastic.operator_on_grid import operator_on
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.problem.model.grid import Grid, LineGrid
 from fretsolve.problem.model.load_control import LoadControl
@@ -38,7 +36,7 @@ from fretsolve.problem.setup.picked_settings import (
 )
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
 from fretsolve.problem.setup.wear_law import wear_law
-from fretsolve.system.arrays import BoolArray, DoubleArray
+from fretsolve.system.arrays import BoolArray, DoubleArray, grown
 
 if TYPE_CHECKING:
     from fretsolve.problem.setup.unresolved_heights import HeightMaps
@@ -267,6 +265,9 @@ def _contact(gap: DoubleArray, compliances: Compliances, load: LoadControl, grid
     for mode, moment, centers in ((1, mx, grid.y), (2, my, grid.x)):
         if load.forced[0] and load.forced[mode] and not centers.min() <= moment / p <= centers.max():
             return None
+    from fretsolve.contact.solvers.normal import NormalSolver  # most cases are sized by a formula
+    from fretsolve.elastic.operator_on_grid import operator_on
+
     operator = operator_on(grid, compliances, Terms(False, False, False))
     pressure = np.zeros(grid.shape)
     NormalSolver(operator, grid).solve(gap, load, pressure, 1e-3, 200, np.zeros(3))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 TINY = float(np.finfo(np.float64).tiny)
@@ -40,3 +41,9 @@ def is_even_field(field: FloatArray) -> bool:
     """Return whether a field (nx, ny) with an even number of columns is its own mirror image, to the last bit."""
     half = field.shape[1] // 2
     return np.array_equal(field[:, half:], field[:, half - 1 :: -1])
+
+
+def grown(contact: BoolArray) -> BoolArray:
+    """Return `contact` and the cells beside it."""
+    wider: BoolArray = np.logical_or.reduce(sliding_window_view(np.pad(contact, 1), (3, 3)), axis=(2, 3))
+    return wider

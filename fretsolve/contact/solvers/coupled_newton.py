@@ -13,7 +13,6 @@ import numpy as np
 
 from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.coupled_equations import CoupledEquations
-from fretsolve.contact.solvers.normal import grown
 from fretsolve.contact.solvers.rigid_modes import GapErrors, NormalModes, TangentialModes, solve_modes
 from fretsolve.contact.solvers.tangential import STIFFEST
 from fretsolve.elastic.operator import ElasticOperator
@@ -21,7 +20,7 @@ from fretsolve.elastic.rounding import LEAST_SLIP
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector
+from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, grown
 
 ROUGHLY, CLOSELY = 1e-2, 1e-6
 """Factors by which GMRES reduces the residual of (T13): at first, and if the steps then do not converge. At strong

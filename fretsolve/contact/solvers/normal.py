@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import Workspace, add_correction, add_displacement
@@ -31,7 +30,7 @@ from fretsolve.elastic.rounding import ROUNDING, rounding_of
 from fretsolve.errors import ContactLostError
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import BoolArray, FloatArray, Products, Vector
+from fretsolve.system.arrays import BoolArray, FloatArray, Products, Vector, grown
 
 REDUCTION, SETTLED_REDUCTION = 0.2, 0.03
 """Factors by which CG reduces the gap (N5): while cells still join or leave the zone, and once none do, since then a
@@ -291,9 +290,3 @@ class NormalSolver:
             return
         gram = self.modes.gram(pressure)
         self.modes.stretch(pressure, solve_modes(gram, self.modes.missing(control, gram[0]), forced))
-
-
-def grown(contact: BoolArray) -> BoolArray:
-    """Return `contact` and the cells beside it."""
-    wider: BoolArray = np.logical_or.reduce(sliding_window_view(np.pad(contact, 1), (3, 3)), axis=(2, 3))
-    return wider

@@ -178,7 +178,7 @@ def test_as_on_a_large_grid(precision, threads, compiled, monkeypatch):
         "contact.increment.increment.LARGE_GRID": 50,
         "elastic.mirrored_operator.MOST_PRODUCTS": 0,
         "elastic.fftw.CACHE_BYTES": 4096,
-        "elastic.kernels.parts.PART_CELLS": 100,
+        "elastic.thread_team.PART_CELLS": 100,
     }.items():
         monkeypatch.setattr(f"fretsolve.{place}", value)
     path = [{"P": LOAD}, {"Qx": 30.0, "increments": 3}, {"Mz": 1.0, "increments": 2}]

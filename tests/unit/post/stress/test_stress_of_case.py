@@ -29,7 +29,7 @@ def test_a_case_asks_for_stresses(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert (tmp_path / "c.stress.h5").exists()
     with open_result(tmp_path / "c.h5") as result:
         assert json.loads(result.attributes["effective_case"])["output"]["stress"]["every"] == 2
-    monkeypatch.setattr("fretsolve.cli.commands.run.free_bytes", lambda path: 1000)
+    monkeypatch.setattr("fretsolve.cli.commands.side_outputs.free_bytes", lambda path: 1000)
     message = refused(2, "run", case, "--overwrite")
     assert "the file of stresses takes up to" in message
     assert "output.stress" in message
