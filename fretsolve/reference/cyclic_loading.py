@@ -26,7 +26,7 @@ SAME = 1e-6
 
 
 class MasingPath(ABC, Generic[Branch]):
-    """What a path of loads, all at one normal load, leaves in a contact that begins unloaded.
+    """The tractions and motions that a path of loads, all at one normal load, leaves in a contact that begins unloaded.
 
     By Masing's rule each branch after the first is twice the first loading by half of its length.
     """

@@ -110,7 +110,8 @@ def states_of(
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
         last = fields
-        past = Before(last.pressure, last.shear, displacement) if predicts else None
+        goes_on = predicts and path.growth(step + 1) is not None  # else nothing is to be kept or saved
+        past = Before(last.pressure, last.shear, displacement) if goes_on else None
         fields, displacement, work = fields_of(solved, last, setup, team)
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)

@@ -20,10 +20,13 @@ from fretsolve.problem.model.materials import mismatch_displacement
 from fretsolve.result.state import Before, Fields
 from fretsolve.system.arrays import FloatArray, Vector
 
+FIRST_TOLERANCE = 1e-2
+"""Tolerance of the first staggered iteration of a coupled increment."""
+
 
 @dataclass(frozen=True)
 class Prediction:
-    """What an increment is expected to change: `growth` times the changes over the increment before it.
+    """Expected changes in an increment: `growth` times the changes over the increment before it.
 
     Slip zones spread much as they did over the increment before. pressure, shear, displacement, rigid: as in
     `InitialState`.
@@ -60,10 +63,6 @@ class Prediction:
             work.pressure += self.pressure
             work.rigid += self.rigid
             work.elastic_slip = work.elastic_slip - self.displacement
-
-
-FIRST_TOLERANCE = 1e-2
-"""Tolerance of the first staggered iteration of a coupled increment."""
 
 
 @dataclass(frozen=True)

@@ -62,7 +62,7 @@ ON_ANY_GRID = GridKernels(Steps(cg), friction, normal)
 
 
 class OnGrid(Protocol):
-    """What works on fields of one grid with a team of threads, as an elastic operator."""
+    """An operator on fields of one grid with a team of threads, as an elastic operator."""
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -93,7 +93,7 @@ class ZoneFields(NamedTuple):
 
     @property
     def sticks(self) -> bool:
-        """Whether a cell sticks."""
+        """True if a cell sticks."""
         return bool((self.zone == Zone.STICK).any())
 
     def zones(self, contact: BoolArray) -> tuple[BoolArray, ...]:

@@ -102,7 +102,6 @@ class LineClosedForms(ClosedForms):
         if len(moved) and not np.ptp(P[max(moved[0] - 1, 0) :]) <= SAME * contact.load:
             return None
         friction = self.model.friction
-        friction = self.model.friction
         if sizes[2] <= SAME:
             axis = int(sizes[1] > SAME)
             compliance = material.A + axis * material.B

@@ -59,7 +59,7 @@ class ShearPath:
 
     @property
     def moves_on(self) -> bool:
-        """Whether the last increment moved the shear farther from 0, by more than round-off."""
+        """True if the last increment moved the shear farther from 0, by more than round-off."""
         return sum(a * b for a, b in zip(self.at, self.way, strict=True)) > 1e-5
 
 
