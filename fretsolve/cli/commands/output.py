@@ -170,7 +170,7 @@ def _export_volumes(
     require_free(target, overwrite=overwrite)
     with writing(target):
         require_own_grids(target, VOLUME_NAME, overwrite=overwrite)
-        write_volumes(computed, out, target, exclusive=not overwrite)
+        write_volumes(computed, target, exclusive=not overwrite)
     print(target, flush=True)
     return 0
 

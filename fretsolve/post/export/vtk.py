@@ -157,8 +157,8 @@ def data_array(name: str, values: NDArray[Any], blobs: list[bytes]) -> str:
     )
 
 
-def write_volumes(computed: ComputedFile, source: Path, path: Path, *, exclusive: bool) -> None:
-    """Write ``path`` (.pvd), which ParaView opens, and the grids of an open file of `source` in a folder beside it.
+def write_volumes(computed: ComputedFile, path: Path, *, exclusive: bool) -> None:
+    """Write ``path`` (.pvd), which ParaView opens, and the grids of an open file in a folder beside it.
 
     exclusive: replace no index. Raises OSError, FileError.
     """

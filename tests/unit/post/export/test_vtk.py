@@ -46,9 +46,9 @@ def test_values_lie_at_their_places(stresses: Path, tmp_path: Path) -> None:
     index = tmp_path / "s.pvd"
     with opened_computed(stresses) as computed:
         assert computed is not None
-        write_volumes(computed, stresses, index, exclusive=True)
+        write_volumes(computed, index, exclusive=True)
         with pytest.raises(FileExistsError):
-            write_volumes(computed, stresses, index, exclusive=True)
+            write_volumes(computed, index, exclusive=True)
     files = re.findall(r'timestep="(\d)" part="(\d)" name="([^"]+)" file="([^"]+)"', index.read_text())
     assert files == [("3", str(body - 1), f"body {body}", f"s.vtk/stress_body_{body}.000003.vtr") for body in (1, 2)]
     with h5py.File(stresses) as file:
