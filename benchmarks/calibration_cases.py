@@ -18,8 +18,8 @@ import fretsolve
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
 from fretsolve.problem.model.materials import Compliances
-from fretsolve.problem.model.surface import rounding
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.problem.surface.edges import rounding
 from fretsolve.reference.cyclic_loading import CyclicLoading
 from fretsolve.reference.hertz import boussinesq_punch, hertz_elliptic, hertz_sphere, love_cone
 from fretsolve.reference.tangential import cattaneo_mindlin, gross_slip_torque, lubkin

@@ -103,3 +103,9 @@ Length = Annotated[float, InUnits(LENGTH)]
 PositiveLength = Annotated[float, InUnits(LENGTH, above=0)]
 Radius = Annotated[float, InUnits(LENGTH, nonzero=True)]
 Position = tuple[Length, Length]
+
+
+class Placed(CaseModel):
+    """A surface at its place."""
+
+    center: Position = Field(default=(0.0, 0.0), description="[x, y] of the surface's origin", examples=[["0.1 mm", 0]])

@@ -27,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
-from fretsolve.case.keys.body_specs import CylinderSurface, HeightsSurface, OneSurface, PunchSurface, read_from
+from fretsolve.case.keys.body_specs import CylinderSurface, OneSurface, PunchSurface, read_from
 from fretsolve.case.keys.load_path_spec import (
     AmplitudeCycle,
     BulkStress,
@@ -37,6 +37,7 @@ from fretsolve.case.keys.load_path_spec import (
     cycle_tag,
     step_tag,
 )
+from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.unrolled_path import check_load_path
 from fretsolve.case.models import Case, GridSpec
@@ -138,9 +139,15 @@ class LineHeights(_LineModel, HeightsSurface):
     """A measured profile along x, one column: the separation itself, or with `invert` heights of body 1."""
 
     of_line: ClassVar[bool] = True
+    refused_keys = dict.fromkeys(("transpose",), "a profile has no y; remove it, or plane: strain")
     center: Place = _PLACE
     spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, AlongX()] = Field(
         default=None, description="distance between the points, unless the file gives it", examples=["5 um"]
+    )
+    crop: tuple[Length, ...] | None = Field(
+        default=None,
+        description="[x0, x1], the part that is kept, from the first point",
+        examples=[["0.2 mm", "0.8 mm"]],
     )
 
 

@@ -21,7 +21,6 @@ from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.problem.model.required_terms import Model, Terms, derive_model
-from fretsolve.problem.model.surface import separation
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load, pressing, round_contact
 from fretsolve.problem.setup.picked_settings import (
     AREA_MARGIN,
@@ -36,6 +35,7 @@ from fretsolve.problem.setup.picked_settings import (
 )
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
 from fretsolve.problem.setup.wear_law import wear_law
+from fretsolve.problem.surface.separation import separation
 from fretsolve.system.arrays import BoolArray, DoubleArray, grown
 
 if TYPE_CHECKING:
@@ -209,7 +209,7 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
     if surface.kind == "punch":
         return 2.0 * (surface.radius or surface.half_width or 0.0)
     if surface.kind == "heights":
-        from fretsolve.problem.model.height_map import load_height_map  # other surfaces do not need it
+        from fretsolve.problem.surface.load_map import load_height_map  # other surfaces do not need it
 
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)

@@ -16,7 +16,7 @@ from typing import Protocol
 import h5py
 import numpy as np
 
-from fretsolve.case.keys.body_specs import HeightsSurface
+from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.case.models import Case
 from fretsolve.elastic.fftw import pyfftw
 from fretsolve.errors import NoSolutionError

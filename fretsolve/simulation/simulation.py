@@ -23,9 +23,9 @@ from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable
 from fretsolve.problem.model.load_path import Increment
-from fretsolve.problem.model.surface import is_mirrored, map_border, map_spans
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
+from fretsolve.problem.surface.separation import is_mirrored, map_border, map_spans
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.problem_setup import contact_size, set_up

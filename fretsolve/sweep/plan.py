@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import get_args
 
-from fretsolve.case.keys.body_specs import HeightsSurface
+from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case, validated
 from fretsolve.case.source import CaseSource, Override
 from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath

@@ -6,7 +6,6 @@ Elastic constants are numbers, or follow from the name of a material. Kinds of s
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import (
@@ -16,16 +15,14 @@ from pydantic import (
     Field,
     GetJsonSchemaHandler,
     GetPydanticSchema,
-    StrictBool,
     Tag,
-    ValidationInfo,
-    field_validator,
     model_validator,
 )
 from pydantic_core import CoreSchema, core_schema
 
-from fretsolve.case.base import CaseModel, Named, Position, PositiveLength, Radius, Repeated, refused_at, require_either
+from fretsolve.case.base import CaseModel, Named, Placed, PositiveLength, Radius, Repeated, refused_at, require_either
 from fretsolve.case.dimensions import ANGLE, LENGTH, NUMBER, PRESSURE
+from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import InUnits, refused, shown
 from fretsolve.reference.materials import NAMES, every_name, material_named
@@ -96,29 +93,14 @@ Body = Annotated[
 ]
 
 
-HDF5_SUFFIXES = (".h5", ".hdf5", ".hdf")
-
-
-def file_in_case_folder(value: object, info: ValidationInfo, example: str) -> Path:
-    """Return the file that a value names relative to the case file; refuse what is no name."""
-    if not isinstance(value, str) or not value or "\0" in value:
-        raise refused(f"{shown(value)} is not the name of a file; one such as {example!r} is needed")
-    folder = info.context if isinstance(info.context, Path) else Path()
-    return (folder / value).absolute()
-
-
-class _SurfaceModel(CaseModel):
-    center: Position = Field(default=(0.0, 0.0), description="[x, y] of the surface's origin", examples=[["0.1 mm", 0]])
-
-
-class SphereSurface(_SurfaceModel):
+class SphereSurface(Placed):
     """A sphere, as the paraboloid that osculates it."""
 
     kind: ClassVar[Literal["sphere"]] = "sphere"
     radius: Radius = Field(description="radius of curvature, negative where concave, such as 10 mm")
 
 
-class EllipsoidSurface(_SurfaceModel):
+class EllipsoidSurface(Placed):
     """A surface of two principal curvatures."""
 
     kind: ClassVar[Literal["ellipsoid"]] = "ellipsoid"
@@ -129,7 +111,7 @@ class EllipsoidSurface(_SurfaceModel):
     )
 
 
-class CylinderSurface(_SurfaceModel):
+class CylinderSurface(Placed):
     """A cylinder lying on the plane: endless, crowned, or of finite length; `axis` is an angle from x."""
 
     kind: ClassVar[Literal["cylinder"]] = "cylinder"
@@ -166,7 +148,7 @@ class CylinderSurface(_SurfaceModel):
         return self
 
 
-class ConeSurface(_SurfaceModel):
+class ConeSurface(Placed):
     """A cone with its tip down."""
 
     kind: ClassVar[Literal["cone"]] = "cone"
@@ -175,7 +157,7 @@ class ConeSurface(_SurfaceModel):
     )
 
 
-class PunchSurface(_SurfaceModel):
+class PunchSurface(Placed):
     """A flat punch: round with a `radius`, or square with a `half_width`. Its edge may be rounded, within that size."""
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["radius"]}, {"required": ["half_width"]}]})
@@ -195,35 +177,6 @@ class PunchSurface(_SurfaceModel):
         if self.edge_radius > size:
             message = f"edge_radius ({self.edge_radius:g} mm) is larger than the punch ({size:g} mm)"
             raise refused(f"{message}; a smaller one is needed")
-        return self
-
-
-class HeightsSurface(_SurfaceModel):
-    """A measured map: the separation itself, or with `invert` heights of body 1, whose negative it is."""
-
-    kind: ClassVar[Literal["heights"]] = "heights"
-    of_line: ClassVar[bool] = False
-    file: Path = Field(description="file of the map, relative to the case file", examples=["heights.npy"])
-    dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 file", examples=["z"])
-    spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2)] = Field(
-        default=None,
-        description="[dx, dy] of the map, or one value for both, unless the file gives it",
-        examples=["5 um"],
-    )
-    unit: Annotated[float, InUnits(LENGTH, above=0, bare_unit=True)] = Field(
-        default=1.0, description="length unit of the values in the file, such as um", examples=["um"]
-    )
-    invert: StrictBool = Field(default=False, description="whether the file holds heights instead of separations")
-
-    @field_validator("file", mode="before")
-    @classmethod
-    def _from_case_folder(cls, value: object, info: ValidationInfo) -> object:
-        return file_in_case_folder(value, info, "heights.npy")
-
-    @model_validator(mode="after")
-    def _dataset_named(self) -> Self:
-        if self.dataset is None and self.file.suffix.lower() in HDF5_SUFFIXES:
-            raise refused(f"dataset is missing; the name of one in the HDF5 file {self.file.name!r} is needed")
         return self
 
 

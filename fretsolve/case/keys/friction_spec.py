@@ -21,10 +21,10 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, refused_at
+from fretsolve.case.base import Count, Position, PositiveLength, refused_at
 from fretsolve.case.dimensions import ANGLE, ENERGY_PER_AREA, NUMBER, PRESSURE
 from fretsolve.case.expression import Expression
-from fretsolve.case.keys.body_specs import HDF5_SUFFIXES, file_in_case_folder
+from fretsolve.case.keys.map_keys import MapKeys, file_in_case_folder
 from fretsolve.case.quantities import InUnits, QuantityError, refused
 
 Coefficient = Annotated[float, InUnits(NUMBER, least=0)]
@@ -35,8 +35,7 @@ KINDS = ("coefficient", "map", "expression", "initial", "cycles")
 
 COMPANIONS = {
     "angle": "coefficient",
-    "dataset": "map",
-    "spacing": "map",
+    **dict.fromkeys(MapKeys.model_fields, "map"),
     "center": "map",
     "final": "initial",
     "slip": "initial",
@@ -54,7 +53,7 @@ def _readable(text: str) -> str:
     return text
 
 
-class FrictionSpec(CaseModel):
+class FrictionSpec(MapKeys):
     """Friction: one coefficient, or one that varies over the contact, with slip, from cycle to cycle."""
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [kind]} for kind in KINDS]})
@@ -81,10 +80,6 @@ class FrictionSpec(CaseModel):
     )
     map: Path | None = Field(
         default=None, description="file of a map of the coefficient, read as one of heights", examples=["mu.npy"]
-    )
-    dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 file", examples=["mu"])
-    spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2)] = Field(
-        default=None, description="[dx, dy] of the map, or one value for both, unless the file gives it"
     )
     center: Position | None = Field(default=None, description="[x, y] of the map's middle", examples=[["0.1 mm", 0]])
     initial: Coefficient | None = Field(
@@ -192,8 +187,8 @@ class FrictionSpec(CaseModel):
             raise refused("two coefficients cannot stand beside shear_limit or exponent; give one coefficient")
         if (self.exponent is None) != (self.reference_pressure is None):
             raise refused("exponent and reference_pressure belong together; give both or neither")
-        if self.map is not None and self.dataset is None and self.map.suffix.lower() in HDF5_SUFFIXES:
-            raise refused(f"dataset is missing; the name of one in the HDF5 file {self.map.name!r} is needed")
+        if self.map is not None:
+            self.require_dataset(self.map)
         return self
 
     @classmethod

@@ -10,7 +10,7 @@ from pathlib import Path
 import yaml
 
 from fretsolve.case.dimensions import in_small_unit
-from fretsolve.case.keys.body_specs import HeightsSurface
+from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.case.loading import read_case
 from fretsolve.cli.case_summary import (
     accuracy_lines,

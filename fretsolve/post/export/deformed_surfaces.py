@@ -14,7 +14,7 @@ from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import FretsolveError
 from fretsolve.problem.model.materials import compliances
 from fretsolve.problem.model.required_terms import Terms
-from fretsolve.problem.model.surface import separation
+from fretsolve.problem.surface.separation import separation
 from fretsolve.result import Result
 from fretsolve.system.arrays import BoolArray, DoubleArray
 

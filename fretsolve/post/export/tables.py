@@ -87,7 +87,7 @@ def write_heights(result: Result, step: int, path: Path, *, exclusive: bool) -> 
     `wear_depth` is the worn depth of both bodies together, which adds to the surfaces of the case; `separation` is the
     sum, NaN without material. Raises OSError, FileError, CaseError.
     """
-    from fretsolve.problem.model.surface import separation  # loads pydantic, which no other table needs
+    from fretsolve.problem.surface.separation import separation  # loads pydantic, which no other table needs
 
     depth = np.asarray(result.field("wear_depth", step), np.float64)
     maps = {"wear_depth": (depth, "worn depth of both bodies together, which adds to the separation")}

@@ -15,14 +15,13 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.case.expression import Expression
-from fretsolve.case.keys.body_specs import HeightsSurface
-from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.unrolled_path import stage_friction
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.friction.limit import FrictionOnGrid
 from fretsolve.problem.model.grid import Grid, LineGrid
-from fretsolve.problem.model.height_map import HeightMap, load_height_map
+from fretsolve.problem.surface.height_map import HeightMap
+from fretsolve.problem.surface.load_map import load_value_map
 from fretsolve.reference.hertz import HertzContact, LineContact
 from fretsolve.reference.slip_from_rim import RimFrictionLimit
 from fretsolve.system.arrays import DoubleArray
@@ -141,7 +140,7 @@ def friction_field(case: Case) -> FrictionField | None:
     if spec.map is None:
         return None
     try:
-        values = load_height_map(_as_heights(spec, case.plane is not None), ("friction",))
+        values = load_value_map(spec.map, spec, ("friction",), line=case.plane is not None)
     except CaseError as error:
         key = tuple("map" if part == "file" else part for part in error.key)
         raise case.source.problem(_of_friction(error.message), key) from None
@@ -153,18 +152,6 @@ def friction_field(case: Case) -> FrictionField | None:
 def _of_friction(message: str) -> str:
     """Return a message about a map of heights as one about a map of friction."""
     return message.replace("height map", "friction map").replace("height", "value")
-
-
-def _as_heights(spec: FrictionSpec, line: bool) -> HeightsSurface:
-    """Return the map as heights in mm, which are read alike."""
-    kind: type[HeightsSurface] = HeightsSurface
-    if line:
-        from fretsolve.case.line_case import LineHeights  # other cases do not need it
-
-        kind = LineHeights
-    return kind.model_construct(
-        file=spec.map, dataset=spec.dataset, spacing=spec.spacing, unit=1.0, invert=False, center=(0.0, 0.0)
-    )
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model, derive_model
-from fretsolve.problem.model.surface import is_mirrored, separation
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load
 from fretsolve.problem.setup.picked_settings import Size
+from fretsolve.problem.surface.separation import is_mirrored, separation
 from fretsolve.system.arrays import BoolArray, DoubleArray
 from fretsolve.system.environment import compiler_asked, compiler_installed
 

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.keys.body_specs import Surface
-from fretsolve.problem.model.height_map import HeightMap
-from fretsolve.problem.model.surface import height_maps
+from fretsolve.problem.surface.height_map import HeightMap
+from fretsolve.problem.surface.separation import height_maps
 from fretsolve.system.arrays import DoubleArray
 
 LEAST_GROWTH = 3.3

@@ -23,7 +23,6 @@ from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import KeyPath, dotted
 from fretsolve.problem.friction.limit import friction_warnings, largest_share
 from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
-from fretsolve.problem.model.surface import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
 from fretsolve.problem.setup.picked_settings import (
     AREA_MARGIN,
@@ -34,6 +33,7 @@ from fretsolve.problem.setup.picked_settings import (
 )
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_warnings import wear_warnings
+from fretsolve.problem.surface.edges import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.reference.hertz import HertzLine, LineContact
 from fretsolve.system.arrays import DoubleArray
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from fretsolve.case.history import EXTENTS
 from fretsolve.problem.model.required_terms import Model
-from fretsolve.problem.model.surface import Edge, edges, rounding
 from fretsolve.problem.setup.closed_forms import spence_ratio
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.problem.surface.edges import Edge, edges, rounding
 from fretsolve.result.state import ESTIMATED, State, Summary, Zone
 from fretsolve.system.arrays import DoubleArray, grown, vector_lengths
 

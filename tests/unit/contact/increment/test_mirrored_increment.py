@@ -9,7 +9,7 @@ from solving import DISSIMILAR, LOAD, SIMILAR, build
 import fretsolve
 from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.contact.increment.mirrored_increment import MirroredIncrementSolver
-from fretsolve.problem.model.surface import is_mirrored
+from fretsolve.problem.surface.separation import is_mirrored
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import increment_solver
 

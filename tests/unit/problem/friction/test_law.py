@@ -18,7 +18,7 @@ from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.friction.law import FrictionField, friction_law
 from fretsolve.problem.friction.limit import FrictionOnGrid
 from fretsolve.problem.model.grid import Grid
-from fretsolve.problem.model.height_map import HeightMap
+from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.result.state import Fields, broadcast_zeros
 from fretsolve.simulation.problem_setup import set_up
 

@@ -6,10 +6,11 @@ import h5py
 import numpy as np
 import pytest
 
-from fretsolve.case.keys.body_specs import HeightsSurface
+from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.model.grid import cell_centers
-from fretsolve.problem.model.height_map import HeightMap, height_map_separation, load_height_map
+from fretsolve.problem.surface.height_map import HeightMap
+from fretsolve.problem.surface.load_map import height_map_separation, load_height_map
 
 KEY = ("surface", 0, "heights")
 VALUES = np.array([[0.0, 1.0, 2.0, 3.0], [10.0, 11.0, 12.0, 13.0], [20.0, 21.0, 22.0, 23.0]])

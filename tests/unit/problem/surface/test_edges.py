@@ -10,9 +10,9 @@ import pytest
 from solving import build
 
 from fretsolve.case.keys.body_specs import PunchSurface
-from fretsolve.problem.model.surface import Edge, edges, flat_part, rounding
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.problem.surface.edges import Edge, edges, flat_part, rounding
 from fretsolve.simulation.problem_setup import set_up
 
 

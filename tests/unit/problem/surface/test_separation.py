@@ -15,7 +15,7 @@ from fretsolve.case.keys.body_specs import (
     SphereSurface,
 )
 from fretsolve.problem.model.grid import Grid
-from fretsolve.problem.model.surface import separation
+from fretsolve.problem.surface.separation import separation
 
 GRID = Grid.from_size((9, 6), (1.8, 1.2))
 
