@@ -99,6 +99,8 @@ def each_once(values: Entries) -> Entries:
 
 
 Count = Annotated[int, Field(strict=True, ge=1, le=10**9)]
+GridPoints = Annotated[int, Field(strict=True, ge=1, le=2**20)]
+"""A row of more cells is a slip of the pen, whose arrays alone would fill a machine before its memory is compared."""
 Length = Annotated[float, InUnits(LENGTH)]
 PositiveLength = Annotated[float, InUnits(LENGTH, above=0)]
 Radius = Annotated[float, InUnits(LENGTH, nonzero=True)]

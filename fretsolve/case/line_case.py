@@ -24,7 +24,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, core_schema
 
-from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, Repeated, refused_at
+from fretsolve.case.base import CaseModel, GridPoints, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
 from fretsolve.case.keys.body_specs import CylinderSurface, OneSurface, PunchSurface, read_from
@@ -173,7 +173,7 @@ LineSurfaces = Annotated[
 class LineGridSpec(GridSpec):
     """The potential contact area of a line contact: one row of cells along x."""
 
-    points: Annotated[tuple[Count, Literal[1]] | None, AlongX(1)] = Field(
+    points: Annotated[tuple[GridPoints, Literal[1]] | None, AlongX(1)] = Field(
         default=None, description="cells along x, such as 256; or solver.accuracy, which picks them", examples=[256]
     )
     size: Annotated[tuple[PositiveLength, PositiveLength] | None, AlongX(automatic=True)] = Field(

@@ -18,7 +18,7 @@ from pydantic import (
     model_validator,
 )
 
-from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, Repeated, auto, refused_at
+from fretsolve.case.base import CaseModel, GridPoints, Position, PositiveLength, Repeated, auto, refused_at
 from fretsolve.case.dimensions import Dimension
 from fretsolve.case.expression import Expression
 from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
@@ -45,7 +45,7 @@ from fretsolve.errors import KeyPath
 class GridSpec(CaseModel):
     """The potential contact area and its cells."""
 
-    points: Annotated[tuple[Count, Count] | None, Repeated(2)] = Field(
+    points: Annotated[tuple[GridPoints, GridPoints] | None, Repeated(2)] = Field(
         default=None,
         description="cells per side, or [nx, ny], such as 128; or solver.accuracy, which picks them",
         examples=[128, [128, 96]],

@@ -178,7 +178,10 @@ def contact_size(
         if not load.forced[0] or load.values[0] > 0.0:
             extent = np.maximum(extent, _extent(surfaces, compliances, load, center, first, line))
     if not extent.any():
-        message = "auto finds no contact anywhere on the load path; give the size of the potential contact area"
+        message = (
+            "auto finds no contact, as nothing on the load path presses the bodies together; a force P > 0 N or an"
+            " approach delta_z > 0 mm does"
+        )
         raise CaseError(message, ("grid", "size"))
     extent[extent == 0.0] = extent.max()
     return AREA_MARGIN * float(extent[0]), AREA_MARGIN * float(extent[1])
@@ -245,7 +248,8 @@ def _extent(
         if size.max() > 1e3 * size.min():  # such a contact counts as endless
             break
     tried = f"tried up to {size.max():.3g} mm"
-    message = f"auto finds no size that holds the contact ({tried}); give a size, or a surface that ends"
+    message = f"auto finds no size that holds the contact ({tried}): the surfaces stay close along"
+    message += " one direction, as an endless cylinder or concave radii do; give a size, or a surface that ends"
     raise refused or CaseError(message, ("grid", "size"))
 
 

@@ -12,6 +12,7 @@ import pytest
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "notebook.ipynb"
 
 
+@pytest.mark.slow
 def test_notebook_runs_and_agrees_with_mindlin(capsys: pytest.CaptureFixture[str]) -> None:
     cells = [cell for cell in json.loads(NOTEBOOK.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
     assert not any(cell["outputs"] for cell in cells)

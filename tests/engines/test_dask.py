@@ -52,6 +52,7 @@ def wait_for_results(folder: Path, count: int, process: subprocess.Popen[str]) -
     wait_for(lambda: len(list((folder / "results").glob("*.h5"))) >= count, process)
 
 
+@pytest.mark.slow
 def test_killed_worker(cluster: tuple[str, list[int]], tmp_path: Path) -> None:
     address, (victim, _) = cluster
     path = write_sweep(tmp_path, SWEEP, SWEPT.replace("increments: 2", "increments: 30"))

@@ -89,6 +89,7 @@ def test_signal_stops_the_run_and_a_resume_ends_alike(number: signal.Signals, ca
     assert_same_result(out, uninterrupted)
 
 
+@pytest.mark.slow
 def test_random_kills_lose_nothing(case: Path, uninterrupted: Path) -> None:
     """A run that is near its end is resumed to it, and another one begun."""
     choice, out, done = random.Random(20090131), case.with_suffix(".h5"), 0

@@ -57,6 +57,7 @@ def readers(folder: Path) -> tuple[tuple[object, ...], ...]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", ENDINGS[1:])
 def test_texts_of_attributes_are_not_read(folder: Path, ending: str) -> None:
     """They have no checksum, and zeros in them make HDF5 loop without end."""
@@ -140,6 +141,7 @@ def test_a_file_made_during_a_resumed_run_is_not_replaced(
     assert (folder / "c.h5").exists()
 
 
+@pytest.mark.slow
 def test_exchanged_files_of_a_sweep_are_refused(folder: Path) -> None:
     (folder / "s.yaml").write_text("case: c.yaml\naxes:\n  - friction: [0.3, 0.5]\nquantities: [max_mises, swt_max]\n")
     assert invoke("sweep", "run", folder / "s.yaml").exit_code == 0

@@ -392,7 +392,9 @@ def attempts(kind: str, folder: Path) -> Iterator[str]:
                 yield f"{kind} {seed}: {type(error).__name__}: {str(error)[:600]}"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=[pytest.mark.slow] if kind in ("parts", "result") else []) for kind in KINDS]
+)
 def test_damaged_input_is_read_right_or_refused(kind: str, tmp_path: Path) -> None:
     failures = list(attempts(kind, tmp_path))
     assert not failures, "\n".join([f"{len(failures)} failures", *failures[:25]])

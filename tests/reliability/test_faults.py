@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -133,11 +134,13 @@ def check_readable(out: Path, reported: list[int], expected: list[State]) -> Non
             assert count == INCREMENTS
 
 
-def cases() -> list[tuple[str, str]]:
+def cases() -> list[Any]:
     """Scenarios and kinds of fault: by default, a kill only as the power cut that is worse."""
     kinds = ("error", "kill", "power cut")
     every = [(scenario, kind) for scenario in OPTIONS for kind in kinds]
-    return [case for case in every if ALL or case[1] == "power cut" or case == ("new", "error")]
+    chosen = [case for case in every if ALL or case[1] == "power cut" or case == ("new", "error")]
+    quick = ("stopped, resumed", "power cut"), ("failed, resumed", "power cut")
+    return [pytest.param(*case, marks=[] if case in quick else [pytest.mark.slow]) for case in chosen]
 
 
 @pytest.mark.parametrize(("scenario", "kind"), cases())

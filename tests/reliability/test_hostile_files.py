@@ -223,6 +223,7 @@ def test_columns_of_compressed_zeros(out: Path, name: str, dtype: str) -> None:
     assert "bytes, far more than there are in the file" in line or "as many numbers in each column" in line
 
 
+@pytest.mark.slow
 def test_maps_of_compressed_zeros(tmp_path: Path) -> None:
     case = heights_case(tmp_path, "map.h5", ", dataset: z")
     with h5py.File(tmp_path / "map.h5", "w") as file:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -76,13 +77,14 @@ class IncrementSolver:
         Raises SlidingError, ContactLostError, GridEdgeError or NotConvergedError.
         """
         before = self.applications
+        if start.prediction is not None:
+            with suppress(NoSolutionError):  # then the start itself may be nearer to the solution
+                return self._solve(increment, start, before)
+            start = replace(start, prediction=None)
         try:
             return self._solve(increment, start, before)
-        except NoSolutionError as error:
-            if start.prediction is not None:  # the start itself may be nearer to the solution
-                return self.solve(increment, replace(start, prediction=None))
-            presses = start.normal != increment.normal and start.pressure.any()
-            if not (presses and isinstance(error, NotConvergedError)):
+        except NotConvergedError:
+            if start.normal == increment.normal or not start.pressure.any():
                 raise
         # as if nothing had touched before, since the contact may move by more than its size
         return self._solve(increment, start, before, afresh=True)

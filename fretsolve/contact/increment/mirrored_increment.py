@@ -63,7 +63,7 @@ class MirroredIncrementSolver(IncrementSolver):
             # the whole grid tells the reason in its own terms
             spent = math.ceil(0.5 * (self._half.applications - before))
             self._release_half()
-            solved = super().solve(increment, start)
+            solved = super().solve(increment, replace(start, prediction=None))
             return replace(solved, operator_applications=solved.operator_applications + spent)
         applications = math.ceil(round(0.5 * (self._half.applications - before), 6))
         return replace(self._whole(solved, start), operator_applications=applications)
@@ -115,9 +115,12 @@ def _is_even(increment: Increment, start: InitialState) -> bool:
             return False
     coefficient = start.friction.coefficient
     fields = [start.pressure, start.shear, start.displacement, start.mismatch]
-    fields += [] if start.prediction is None else [start.prediction.pressure, start.prediction.shear]
+    rigid, expected = start.rigid[ODD], start.prediction
+    if expected is not None:
+        fields += [expected.pressure, expected.shear, expected.displacement]
+        rigid = np.concatenate([rigid, expected.rigid[list(ODD_NORMAL)]])
     fields += [] if isinstance(coefficient, float) else [coefficient]
-    return not start.rigid[ODD].any() and _are_even(*fields)
+    return not rigid.any() and _are_even(*fields)
 
 
 def _are_even(*fields: FloatArray | None) -> bool:

@@ -181,7 +181,7 @@ class StaggeredIteration:
         control = self._control
         if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
             return False
-        if not self.model.has_shear or start.prediction is not None:
+        if not self.model.has_shear or not np.array_equal(work.shear, start.shear):
             return False
         limit = self._friction.limit(work.pressure, out=self._friction_limit)
         allowed = circle_width(self.level.operator.dtype) * float(limit.max())

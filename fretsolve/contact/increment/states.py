@@ -28,8 +28,8 @@ FIRST_TOLERANCE = 1e-2
 class Prediction:
     """Expected changes in an increment: `growth` times the changes over the increment before it.
 
-    Slip zones spread much as they did over the increment before. pressure, shear, displacement, rigid: as in
-    `InitialState`.
+    Slip zones spread much as they did over the increment before. pressure, shear, displacement: as in `InitialState`;
+    rigid: delta_z, phi_x, phi_y. The tangential problem finds its own motions from the shear.
     """
 
     pressure: FloatArray
@@ -44,7 +44,7 @@ class Prediction:
             growth * (state.pressure - before.pressure),
             growth * (state.shear - before.shear),
             growth * (displacement - before.displacement),
-            growth * moved,
+            growth * moved[:3],
         )
 
     def part(self, cells: Any) -> Prediction:
@@ -57,11 +57,9 @@ class Prediction:
         Where the elastic slip is unknown, the pressure comes from coarser grids, and the shear alone is predicted.
         """
         work.shear += self.shear
-        if work.elastic_slip is None:
-            work.rigid[3:] += self.rigid[3:]
-        else:
+        if work.elastic_slip is not None:
             work.pressure += self.pressure
-            work.rigid += self.rigid
+            work.rigid[:3] += self.rigid
             work.elastic_slip = work.elastic_slip - self.displacement
 
 

@@ -1,7 +1,8 @@
 """Pick the settings that a case leaves out: the size of its area, and what its accuracy asks for.
 
-`contact_search` finds the size where closed forms do not give it. The laws of accuracy are measured
-(docs/howto/grid_and_increments.md); the error bars give the case's own errors, and `result.verdict` judges by them.
+Where closed forms do not give the size, `simulation.problem_setup` searches for it on a coarse grid. The laws of
+accuracy are measured (docs/howto/grid_and_increments.md); the error bars give the case's own errors, and
+`result.verdict` judges by them.
 """
 
 from __future__ import annotations

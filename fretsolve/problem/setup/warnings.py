@@ -402,6 +402,8 @@ def warning_of_result(setup: ProblemSetup, contact_cells: DoubleArray) -> str | 
     needed = FEWEST_CELLS if setup.model.line else needed
     if not len(contact_cells) or cells_across(setup) is not None or most >= needed:
         return None
+    if not most:
+        return "load_path: the bodies never touch; a force P > 0 N, or a larger approach delta_z, presses them together"
     like = "" if setup.model.line else f", as many as a round contact of {FEWEST_CELLS} cells across has"
     return (
         f"grid.points: the contact has at most {most} cell{'s' * (most != 1)}; errors below a few per cent need"

@@ -23,8 +23,8 @@ from fretsolve.simulation.simulation import increment_solver, states_of
 from fretsolve.system.arrays import DoubleArray
 
 MANY = 4
-"""Increments of each stage that slips, at least, from which a half and a quarter of them show what more would change:
-they take two thirds of the time of all and half of them, with corrected values as good."""
+"""If every stage that slips has this many increments, the coarse runs take a half and a quarter of them. That takes two
+thirds of the time of coarse runs with all and half of the increments; corrected values are as good."""
 
 FEW = 3
 """Increments of a stage from which on its half, rounded up, and twice that are taken where another stage has less than
@@ -78,7 +78,7 @@ def slipping_stages(setup: ProblemSetup) -> tuple[bool, ...]:
 
 
 def _keeps_errors_of_pressing(setup: ProblemSetup) -> bool:
-    """Return whether errors of pressing unlike bodies stay: after few increments, and where the bodies tilt."""
+    """Return whether the error of pressing dissimilar bodies persists: it is pressed in few increments, or tilts."""
     if not setup.model.coupled:
         return False
     stages = [

@@ -36,8 +36,8 @@ from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 INCREMENTS, LEFT = 2.0, 0.5
-"""Factor on the error of the increments that coarse runs show, of one increment twice that, and the part of all errors
-by the increments that is left in corrected values: one of first order would take 1, and leave next to nothing."""
+"""Factor on the error of the increments that coarse runs show, doubled where a stage has one increment, and the part
+of this error that corrected values keep. Errors of first order would take 1, and keep next to nothing."""
 
 LINKED = 0.1
 """Least relative error of tangential values and of the stick radius over the energy's error by the increments."""
@@ -53,8 +53,8 @@ STICK, WORK = map(ESTIMATED.index, ("stick_radius", "work"))
 SHEAR_LOADS = [ESTIMATED.index(name) for name in ("Qx", "Qy", "Mz")]
 MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 REMEMBERED = MOVED | np.isin(ESTIMATED, ("Mx", "My", "work_total"))
-"""Places in `ESTIMATED`: of tangential loads and motions, and of all to which slip adds in each increment, so that an
-error of a reversal stays, which later increments may hide by chance."""
+"""Places in `ESTIMATED`: of tangential loads and motions, and of all values to which slip adds in each increment. Their
+error at a reversal stays, even if later increments hide it by chance."""
 
 
 def frictions_of(setup: ProblemSetup) -> list[float]:

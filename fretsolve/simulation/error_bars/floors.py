@@ -22,7 +22,7 @@ TORQUE_ARM = 1.5
 """Shear traction at the edge of a round punch under a torque, over the traction under the force torque / radius."""
 
 TURNS_SEEN = 2
-"""Number of increments by which a stage that turns the shear converges later than with the first order."""
+"""Added to the number of increments of a stage that turns the shear: few increments err less than by first order."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ class Cells:
     """The cells of a problem.
 
     side: the longer one of a cell (mm); edges: tips and edges of the surfaces; sharp: whether a body ends within a
-    cell; flattening, ridges: pressures (MPa) that would flatten what the cells do not see of height maps, and of their
-    ridges beyond the pressure of cells; maps: whether there are any; uniform: whether the friction limit is everywhere
-    the model's coefficient times the pressure; holes: the edge of a height map's holes that the contact reaches.
+    cell; flattening: pressure (MPa) that would flatten what the cells do not see of height maps; ridges: pressure (MPa)
+    of their ridges beyond the pressure of cells; maps: whether there are any; uniform: whether the friction limit is
+    everywhere the model's coefficient times the pressure.
     """
 
     model: Model
@@ -90,7 +90,6 @@ class Cells:
     ridges: float
     maps: bool
     uniform: bool
-    holes: Edge | None = None
 
     @classmethod
     def of(cls, setup: ProblemSetup) -> Cells:
@@ -108,11 +107,11 @@ class Cells:
         )
 
     def reached_by(self, state: State) -> Cells:
-        """Return the cells with the holes of a height map that the contact reaches: there a body ends, too."""
+        """Return the cells with the holes of a height map that the contact reaches: there a body ends sharply, too."""
         if not self.maps or np.isfinite(state.fields.gap).all():
             return self
         edge = Edge(0.0, grown(~np.isfinite(state.fields.gap)))
-        return replace(self, sharp=True, holes=edge) if edge.touches(state.fields.pressure) else self
+        return replace(self, sharp=True, edges=(*self.edges, edge)) if edge.touches(state.fields.pressure) else self
 
     def rounded(self, state: State) -> float:
         """Return how much of an error counts that all grids share as they round a body's outline to their cells.
@@ -129,11 +128,7 @@ class Cells:
         return abs(self.model.compliances.dundurs_constant) if self.model.coupled else 0.0
 
 
-SMOOTH_EDGE = 1.75
-"""Largest part of the largest pressure in a cell beside the edge of a smooth contact, over (h/a)^(1/2): it is there
-(2 s/a)^(1/2) up to 1.5 h from the edge. Where cells beside holes of a height map have more, the body ends sharply."""
-
-PEAK = 3.0
+ROUGH_PEAK = 3.0
 """Largest pressure that unresolved heights add, over the root mean square one that flattens them: sqrt(2 ln n) for n
 independent Gaussian peaks in contact, here a hundred."""
 
@@ -156,18 +151,15 @@ def hidden_pressure(cells: Cells, state: State) -> float:
     pressure, summary, modulus = state.fields.pressure, state.summary, cells.model.compliances.contact_modulus
     if not summary.max_pressure:
         return 0.0
-    if cells.holes is not None:
-        beside = float(pressure[cells.holes.near].max()) / summary.max_pressure
-        if beside * math.sqrt(summary.contact_radius / cells.side) > SMOOTH_EDGE:
-            return math.inf
     at_edges = max((edge.hidden_pressure(pressure, cells.side, modulus) for edge in cells.edges), default=0.0)
-    return PEAK * cells.flattening + cells.ridges + at_edges + _where_slip_meets(cells, summary)
+    return ROUGH_PEAK * cells.flattening + cells.ridges + at_edges + _where_slip_meets(cells, summary)
 
 
 def _where_slip_meets(cells: Cells, summary: Summary) -> float:
     """Return by how much slip towards a stick zone that no cell sees may raise the largest pressure.
 
-    The shear traction mu p turns round there, which between unlike bodies raises p with the logarithm of the distance.
+    The shear traction mu p turns round there, which raises p between dissimilar bodies with the logarithm of the
+    distance.
     """
     stick = spence_ratio(cells.model) * summary.contact_radius
     if not (cells.mismatch and stick):
@@ -188,8 +180,8 @@ def unseen_energy(cells: Cells, state: State, load: float, radius: float, path: 
     """Return the energy (mJ) that no cell shows, up to now; load: largest P (N); radius: of the contact (mm).
 
     An annulus that is narrower than a cell dissipates with the third power of its width, which is a third of a sphere's
-    radius, half of a cylinder's, times the part of the friction limit to which it is sheared. Pressing unlike bodies
-    slips once. Roundings that fit into a cell have more.
+    radius, half of a cylinder's, times the part of the friction limit to which it is sheared. Pressing dissimilar
+    bodies slips once. Roundings that fit into a cell have more.
     """
     share, ways = (1.0, max(path.length, 1.0)) if cells.mismatch else (path.largest, path.length)
     if not (radius and share):
@@ -276,7 +268,7 @@ def _of_sums(
     ratio = min(cells.side / radius, 1.0)
     part, twist = outline + SUM * ratio**2, outline + TORSION * ratio**2 + 3.0 * thin
     sheared = part + TURNED * path.turned + thin
-    moment = MOMENT * ratio ** (1.5 if cells.model.line else 2.0) + (outline if cells.holes else 0.0)
+    moment = outline + MOMENT * ratio ** (1.5 if cells.model.line else 2.0)
     force, motion = (math.hypot(largest[f"{name}x"], largest[f"{name}y"]) for name in ("Q", "delta_"))
     tilt = largest["delta_z"] / radius
     if cells.model.line:  # free constant in the approach: tilt of a cylinder under the moment P a

@@ -49,6 +49,7 @@ def test_resuming_gives_the_same_to_the_last_bit(states, done):
         assert_same(found, wanted)
 
 
+@pytest.mark.slow
 def test_threads_change_no_bit(monkeypatch):
     monkeypatch.setattr(convolution, "MOST_BATCHED_POINTS", 0)
     monkeypatch.setattr(fftw, "CACHE_BYTES", 2048)  # blocks enough to share out

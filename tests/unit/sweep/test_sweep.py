@@ -140,6 +140,7 @@ axes: [friction: [0.1]]
     assert "sweep.yaml:3: quantities.1: delta_x_corrected is known from runs with error bars alone" in refusal.stderr
 
 
+@pytest.mark.slow
 def test_whatever_befalls_a_sweep_the_same_command_goes_on(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, case=SWEPT.replace("increments: 2", "increments: 30"))
     folder = tmp_path / "sweep.sweep"

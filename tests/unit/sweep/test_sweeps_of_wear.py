@@ -22,6 +22,7 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_volume_its_error_and_depth_are_collected(tmp_path: Path) -> None:
     write_case(tmp_path, WORN.replace("points: 24", "points: 16"), "worn.yaml")
     done = invoke("sweep", "run", write_case(tmp_path, SWEEP, "sweep.yaml"), "-j", 1)

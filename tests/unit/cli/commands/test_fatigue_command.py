@@ -28,6 +28,7 @@ def stresses(loop):
     return target
 
 
+@pytest.mark.slow
 def test_all_criteria_from_a_result(loop):
     target = loop.with_name("all.h5")
     names = "crossland,dang-van,findley,mcdiarmid,fatemi-socie,swt"

@@ -341,3 +341,15 @@ def test_verbose_tells_stages_settings_and_all_of_the_history(tmp_path: Path) ->
 def test_one_way_of_telling_at_a_time(tmp_path: Path, words: tuple[str, ...]) -> None:
     assert "only one of -q, -v and --log-json is possible" in refused(2, "run", write_case(tmp_path), *words)
     assert not (tmp_path / "case.h5").exists()
+
+
+def test_bodies_that_never_touch_are_warned_of(tmp_path: Path) -> None:
+    path = "load_path=[{delta_z: -5 um}, {delta_x: 1 um}]"
+    done = invoke("run", write_case(tmp_path), "--set", "grid.size=1 mm", "--set", path)
+    assert done.exit_code == 0
+    assert "load_path: the bodies never touch; a force P > 0 N, or a larger approach delta_z, presses" in done.stderr
+
+
+def test_more_points_than_any_machine_holds_are_refused_at_once(tmp_path: Path) -> None:
+    told = refused(2, "validate", write_case(tmp_path), "--set", "grid.points=1000000000")
+    assert "1000000000 is too large; a whole number <= 1048576 is needed" in told

@@ -254,6 +254,7 @@ def test_quantities_that_are_nothing(tmp_path: Path, undrawn: None) -> None:
     assert f"{case}: {said}" in alone.stderr
 
 
+@pytest.mark.slow
 def test_interrupt_keeps_what_is_done(tmp_path: Path) -> None:
     case = write_case(tmp_path, LOOP)
     words = ("study", case, "--vary", f"{EVERY}=20,21,22,23", "--quantity", "work_total@2", "--set", "grid.points=12")
