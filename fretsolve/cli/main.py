@@ -113,6 +113,21 @@ def validate(overrides: tuple[str, ...], error_bars: bool, **options: Any) -> in
 
 
 @main.command()
+@click.argument("file", type=FILE)
+@repeatable_option("--set", "overrides", "KEY=VALUE", "A key of `heights`, such as unit=um, level=plane or flip=y.")
+@flag("--profile", help="The file is a profile along x, as of a line contact.")
+@click.option(
+    "--plot", "picture", type=FILE, metavar="FILE", help="Draw map, profiles and spectrum (.png, .pdf, .svg)."
+)
+@picture_options
+def surface(width: float | None, title: bool, dpi: int, **options: Any) -> int:
+    """Read the measured map FILE and print its size, roughness, tilt and sides, after the steps that --set asks for."""
+    from fretsolve.cli.commands.surface import describe_map
+
+    return describe_map(sheet=Sheet(width, title, dpi), **options)
+
+
+@main.command()
 @_CASES
 @click.option(
     "--junit",

@@ -22,11 +22,13 @@ from fretsolve.cli.case_summary import (
     stage_lines,
     wear_lines,
 )
+from fretsolve.cli.map_summary import map_lines
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, cells_across, cylinder_contact
+from fretsolve.problem.surface.load_map import load_height_map
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.progress import print_warnings
 
@@ -66,6 +68,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield grid_line(setup)
     yield from mirror_lines(setup)
     yield from accuracy_lines(setup)
+    yield from surface_lines(setup)
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
@@ -78,6 +81,14 @@ def effective_yaml(setup: ProblemSetup) -> str:
     """Return the case with all defaults, as a case file."""
     case = setup.case.effective()
     return yaml.safe_dump(case, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110)
+
+
+def surface_lines(setup: ProblemSetup) -> Iterator[str]:
+    """Yield what each measured map of the case is."""
+    for place, surface in enumerate(setup.case.surface):
+        if isinstance(surface, HeightsSurface):
+            yield f"\n# {surface.file.name}, in mm, x to the right and y up"
+            yield from map_lines(load_height_map(surface, ("surface", place, "heights")))
 
 
 def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:

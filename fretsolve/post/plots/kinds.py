@@ -98,6 +98,7 @@ _ALL = (
         ("fields", "body"),
         beside=".fatigue.h5",
     ),
+    PictureKind("surface", "surfaces:measured_surface", "Measured or rough surface: map, profiles, spectrum."),
     PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),
 )
 KINDS = {kind.name: kind for kind in _ALL}

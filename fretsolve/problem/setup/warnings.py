@@ -24,6 +24,7 @@ from fretsolve.errors import KeyPath, dotted
 from fretsolve.problem.friction.limit import friction_warnings, largest_share
 from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
+from fretsolve.problem.setup.map_warnings import about_maps
 from fretsolve.problem.setup.picked_settings import (
     AREA_MARGIN,
     concave_sphere,
@@ -355,25 +356,6 @@ def _about_punch(setup: ProblemSetup, punch: PunchSurface, radius: float) -> Ite
         )
 
 
-def _about_heights(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of height maps that are steep, or finer than the cells, if flattening what these miss takes pressure."""
-    if all(surface.kind != "heights" for surface in setup.case.surface):
-        return
-    grid, heights = setup.grid, setup.heights()
-    if (slope := heights.slope()) > 1.0:  # then something is wrong, rather than rough
-        yield (
-            f"surface: the root mean square slope of the height map is {slope:.2g}: half-spaces and linear elasticity"
-            " hold for slopes small against 1; are unit and spacing right, and missing points nan?"
-        )
-    if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
-        resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))
-        coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""
-        yield (
-            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the height map that take {needed:.3g} MPa to"
-            f" flatten; {resolving} points would resolve them{coarse}"
-        )
-
-
 def cells_across(setup: ProblemSetup) -> float | None:
     """Return the cells across the contact where it is largest, along the axis with fewer; None without a closed form.
 
@@ -481,7 +463,7 @@ WARNINGS: tuple[Callable[[ProblemSetup], Iterator[str]], ...] = (
     _about_resolution,
     _about_ends,
     _about_edges,
-    _about_heights,
+    about_maps,
     _about_solver,
     _about_counts,
     _about_large_contacts,

@@ -44,6 +44,13 @@ def height_map_separation(source: HeightsSurface, x: DoubleArray, y: DoubleArray
         spans = " x ".join(f"{span:g}" for span in height_map.span)
         message = f"no cell of the grid lies on the map {source.file.name!r} of {spans} mm"
         raise CaseError(f"{message} or all lie in its holes; move its center or the grid", key)
+    for name, cells, step in zip("xy", (x, y), height_map.spacing, strict=True):
+        if len(cells) > 1 and step > (area := float(cells[-1] - cells[0])):
+            raise CaseError(
+                f"the points of the map are {_length(step)} apart along {name}, the grid is {_length(area)} long: no"
+                " point of the map need lie in the contact; is the spacing right?",
+                (*key, "spacing"),
+            )
     return result
 
 

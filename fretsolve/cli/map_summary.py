@@ -1,0 +1,53 @@
+"""A measured map in words, for ``fretsolve surface`` and ``fretsolve validate``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from fretsolve.case.dimensions import in_small_unit
+from fretsolve.problem.surface.height_map import HeightMap
+from fretsolve.problem.surface.map_measures import measures_of
+
+
+def map_lines(height_map: HeightMap) -> Iterator[str]:
+    """Yield what reading and preparing a map found and did, its size and roughness, and which side is where."""
+    yield from height_map.remarks
+    found = measures_of(height_map)
+    is_profile = height_map.values.shape[1] == 1
+    count = 1 if is_profile else 2
+    points, spacing, span = (
+        " x ".join(texts[:count])
+        for texts in (
+            [f"{number}" for number in found.points],
+            [in_small_unit(step, 4) for step in found.spacing],
+            [in_small_unit(side, 4) for side in found.span],
+        )
+    )
+    yield f"{points} points, spacing {spacing}, span {span}"
+    extent, sa, sq = (in_small_unit(value, 4) for value in (found.height_range, found.sa, found.sq))
+    yield f"range {extent}, Sa {sa}, Sq {sq} (less a plane), Sdq {found.sdq:.4g}"
+    tilts = [f"{tilt:.3g} along {name}" for name, tilt in zip("xy", found.tilt, strict=True)]
+    radius = "no curvature" if math.isinf(found.radius) else f"radius of the best sphere {found.radius:.4g} mm"
+    yield f"tilt {' and '.join(tilts[:count])}; {radius}"
+    if found.lost:
+        yield f"{found.lost} lost points in {found.holes} holes, which count as no material"
+    if math.isfinite(found.shortest_wave):
+        in_points = found.shortest_wave / max(found.spacing[:count])
+        yield f"shortest wave {in_small_unit(found.shortest_wave, 3)}, {in_points:.3g} points of the map"
+    yield from _sides(height_map, count)
+
+
+def _sides(height_map: HeightMap, count: int) -> Iterator[str]:
+    """Yield the mean separation at each side of the map, less the mean of the map."""
+    values = height_map.values - np.nanmean(height_map.values)
+    sides = []
+    for axis, names in enumerate((("left, x < 0", "right, x > 0"), ("bottom, y < 0", "top, y > 0"))[:count]):
+        half = range(values.shape[axis] // 2)
+        parts = np.take(values, half, axis), np.take(np.flip(values, axis), half, axis)
+        for name, part in zip(names, parts, strict=True):
+            if np.isfinite(part).any():
+                sides.append(f"{name}: {in_small_unit(float(np.nanmean(part)), 3)}")
+    yield f"mean separation by sides: {'; '.join(sides)}"

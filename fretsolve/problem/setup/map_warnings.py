@@ -1,0 +1,55 @@
+"""Warnings of measured maps: before the run of what map and cells cannot show, after it of holes in the contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from fretsolve.case.dimensions import cell_counts, counted
+from fretsolve.errors import dotted
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.problem.surface.map_measures import point_warnings
+from fretsolve.problem.surface.separation import height_maps
+from fretsolve.system.arrays import FloatArray, grown
+
+
+def about_maps(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of maps that are steep, have few points per wave, or are finer than the cells where that takes pressure."""
+    if all(surface.kind != "heights" for surface in setup.case.surface):
+        return
+    grid, heights = setup.grid, setup.heights()
+    if (slope := heights.slope()) > 1.0:  # then something is wrong, rather than rough
+        yield (
+            f"surface: the root mean square slope of the height map is {slope:.2g}: half-spaces and linear elasticity"
+            " hold for slopes small against 1; are unit and spacing right, and missing points nan?"
+        )
+    places = [place for place, one in enumerate(setup.case.surface) if one.kind == "heights"]
+    for number, (_, height_map) in zip(places, height_maps(setup.case.surface), strict=True):
+        for text in point_warnings(height_map):
+            yield f"{_typed_map(setup, number)}: {text}"
+    if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
+        resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))
+        coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""
+        yield (
+            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the height map that take {needed:.3g} MPa to"
+            f" flatten; {resolving} points would resolve them{coarse}"
+        )
+
+
+def warning_of_holes(setup: ProblemSetup, pressure: FloatArray) -> str | None:
+    """Warn if the contact under `pressure` (nx, ny) reaches holes of a map."""
+    beside = grown(~np.isfinite(setup.separation())) & (pressure > 0.0)
+    if not beside.any():
+        return None
+    place = next(n for n, one in enumerate(setup.case.surface) if one.kind == "heights")
+    cells = counted(int(beside.sum()), "cell")
+    return (
+        f"{_typed_map(setup, place)}: {cells} in contact lie beside holes of the map, where the pressure is infinite and"
+        " the largest one depends on the grid; fill mends lost points"
+    )
+
+
+def _typed_map(setup: ProblemSetup, place: int) -> str:
+    """Return the key of the surface at `place` as one types it."""
+    return dotted(setup.case.source.typed(("surface", place, setup.case.surface[place].kind)))
