@@ -12,8 +12,11 @@ from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.map_measures import measures_of
 
 
-def map_lines(height_map: HeightMap) -> Iterator[str]:
-    """Yield what reading and preparing a map found and did, its size and roughness, and which side is where."""
+def map_lines(height_map: HeightMap, cell: float | None = None) -> Iterator[str]:
+    """Yield what reading and preparing a map found and did, its size and roughness, and which side is where.
+
+    cell: longer side of the grid's cells (mm), against which the shortest wave is held.
+    """
     yield from height_map.remarks
     found = measures_of(height_map)
     is_profile = height_map.values.shape[1] == 1
@@ -36,7 +39,8 @@ def map_lines(height_map: HeightMap) -> Iterator[str]:
         yield f"{found.lost} lost points in {found.holes} holes, which count as no material"
     if math.isfinite(found.shortest_wave):
         in_points = found.shortest_wave / max(found.spacing[:count])
-        yield f"shortest wave {in_small_unit(found.shortest_wave, 3)}, {in_points:.3g} points of the map"
+        in_cells = "" if cell is None else f", {found.shortest_wave / cell:.3g} cells of the grid"
+        yield f"shortest wave {in_small_unit(found.shortest_wave, 3)}, {in_points:.3g} points of the map{in_cells}"
     yield from _sides(height_map, count)
 
 

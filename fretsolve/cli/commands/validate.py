@@ -88,7 +88,8 @@ def surface_lines(setup: ProblemSetup) -> Iterator[str]:
     for place, surface in enumerate(setup.case.surface):
         if isinstance(surface, HeightsSurface):
             yield f"\n# {surface.file.name}, in mm, x to the right and y up"
-            yield from map_lines(load_height_map(surface, ("surface", place, "heights")))
+            found = load_height_map(surface, ("surface", place, "heights"))
+            yield from map_lines(found, max(setup.grid.dx, setup.grid.dy))
 
 
 def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:

@@ -45,8 +45,8 @@ def warning_of_holes(setup: ProblemSetup, pressure: FloatArray) -> str | None:
     place = next(n for n, one in enumerate(setup.case.surface) if one.kind == "heights")
     cells = counted(int(beside.sum()), "cell")
     return (
-        f"{_typed_map(setup, place)}: {cells} in contact lie beside holes of the map, where the pressure is infinite and"
-        " the largest one depends on the grid; fill mends lost points"
+        f"{_typed_map(setup, place)}: {cells} in contact lie beside holes of the map, where the pressure is infinite"
+        " and the largest one depends on the grid; fill mends lost points"
     )
 
 
