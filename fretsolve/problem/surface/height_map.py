@@ -2,9 +2,10 @@
 
 Interpolation is bilinear. Measured maps are rough and have holes; a spline would overshoot and carry the effect of a
 hole or a step across the map. It is exact at the points of the map; between them it lies above a paraboloid of radius R
-by up to spacing^2/8R per direction. A cell's height is the value at its centre, or the exact mean of the bilinear surface
-over the cell. Cells that are coarser than the waves of the map need the mean: points that are picked from the map fold
-short waves into long ones.
+by up to spacing^2/8R per direction.
+
+A cell takes the height at its centre, or the exact mean of the bilinear surface over the cell. The mean is for cells
+that are coarser than the waves of the map: single points would make long waves of short ones.
 """
 
 from __future__ import annotations
