@@ -32,7 +32,7 @@ class MapMeasures:
     height_range: largest less least height; sq, sa: root mean square and mean absolute height; sdq: root mean square
     slope; tilts: slopes of the best plane; radius: of the best sphere, negative if concave, infinite if flat;
     lost_points lie in holes_inside and holes_at_rim; shortest_waves: along each axis, beyond which only 1 % of the
-    mean square slope along it lies; infinite without waves, NaN without a whole line.
+    mean square slope of the waves lies; infinite without waves, NaN without a whole line.
     """
 
     points: tuple[int, int]
@@ -76,21 +76,22 @@ def measures_of(height_map: HeightMap) -> MapMeasures:
         lost_points=values.size - known.size,
         holes_inside=holes_inside,
         holes_at_rim=holes_at_rim,
-        shortest_waves=tuple(_shortest_wave(height_map, axis) for axis in axes),
+        shortest_waves=_shortest_waves(height_map),
     )
 
 
 def spectrum(height_map: HeightMap, axis: int) -> tuple[DoubleArray, DoubleArray]:
     """Return the wavelengths (mm), the longest first, and the spectral density C (mm^3) of the lines along an axis.
 
-    C is the mean over whole lines of the map less its best quadratic, each in a Hann window of mean square 1. The
-    integral of C dq/pi over the wave numbers q = 2 pi/wavelength is the mean square height in the window. Both arrays
-    are empty without a whole line.
+    C is the mean over whole lines of the map less its best quadratic, each about its mean in a Hann window of mean
+    square 1. The integral of C dq/pi over the wave numbers q = 2 pi/wavelength is the mean square height Sq^2 in the
+    window. Both arrays are empty without a whole line.
     """
     waves = height_map.values - fitted(height_map, "quadratic").heights
     waves[np.abs(waves) <= _rounding(height_map)] = 0.0
     lines = np.moveaxis(waves, axis, -1)
     lines = lines[np.isfinite(lines).all(axis=1)]
+    lines = lines - lines.mean(axis=1, keepdims=True)
     count, step = lines.shape[1], height_map.spacing[axis]
     if not len(lines):
         return np.empty(0), np.empty(0)
@@ -134,20 +135,28 @@ def _radius(curvature: float, height_map: HeightMap) -> float:
     return 1.0 / curvature if height > _rounding(height_map) else math.inf
 
 
-def _shortest_wave(height_map: HeightMap, axis: int) -> float:
-    """Return the wavelength (mm) beyond which `SHORT_SHARE` of the mean square slope along an axis lies.
+def _shortest_waves(height_map: HeightMap) -> tuple[float, ...]:
+    """Return the wavelength (mm) along each axis beyond which `SHORT_SHARE` of the mean square slope lies.
 
-    Slopes below `SHORT_SHARE` of the form's do not count: on a smooth ball they are what rounding in the file left.
+    The mean square slope is the mean of both directions, so that noise along the lay of a ground surface does not pass
+    for waves. Slopes below `SHORT_SHARE` of the form's do not count: on a smooth ball they are rounding in the file.
     """
-    form = fitted(height_map, "quadratic").heights
-    wavelengths, density = spectrum(height_map, axis)
-    if not density.size:
+    axes, form = _axes(height_map), fitted(height_map, "quadratic").heights
+    lines = []
+    for axis in axes:
+        wavelengths, density = spectrum(height_map, axis)
+        numbers = 2.0 * np.pi / wavelengths
+        lines.append((numbers, np.cumsum(numbers**2 * density) * (numbers[:1] / np.pi)))
+    of_waves = [slopes[-1] for _, slopes in lines if slopes.size]
+    of_form = [np.var(np.diff(form, axis=axis)) / height_map.spacing[axis] ** 2 for axis in axes]
+    beyond = SHORT_SHARE * max(np.mean(of_waves or 0.0), SHORT_SHARE * np.mean(of_form))
+    return tuple(_length_below(numbers, slopes, float(beyond)) for numbers, slopes in lines)
+
+
+def _length_below(numbers: DoubleArray, slopes: DoubleArray, beyond: float) -> float:
+    """Return the wavelength (mm) of the wave number at which sums of mean square slope lack `beyond` of the last."""
+    if not slopes.size:
         return math.nan
-    numbers = 2.0 * np.pi / wavelengths
-    shares = numbers**2 * density * numbers[0] / np.pi
-    curved = float(np.var(np.diff(form, axis=axis))) / height_map.spacing[axis] ** 2
-    beyond = max(SHORT_SHARE * float(shares.sum()), SHORT_SHARE**2 * curved)
-    longer = np.cumsum(shares)
-    if longer[-1] <= beyond:
+    if slopes[-1] <= beyond:
         return math.inf
-    return float(2.0 * np.pi / np.interp(longer[-1] - beyond, longer, numbers))
+    return float(2.0 * np.pi / np.interp(slopes[-1] - beyond, slopes, numbers))

@@ -73,21 +73,20 @@ def cropped(height_map: HeightMap, corners: Sequence[float], key: KeyPath) -> He
 def without_spikes(height_map: HeightMap, limit: float) -> HeightMap:
     """Return the map without points more than `limit` standard deviations off the median of the 5 x 5 around them.
 
-    The standard deviation is 1.4826 times the median distance from these medians. That is 0 where most points equal
-    their median, as on maps that are coarsely rounded or made by a formula. The median step between neighbours of
-    different heights then takes its place: a point within a few such steps is no spike.
+    The standard deviation is 1.4826 times the median of those distances that are not zero. Where most are zero, as on
+    maps that are coarsely rounded or made by a formula, the rest may well be spikes. The median step between neighbours
+    of different heights then takes the place of the distance: a point within a few such steps is no spike.
     """
     values = height_map.values
     known = np.isfinite(values)
     rounding = 2.0 * EPSILON * float(np.max(np.abs(values[known])))  # of two heights
     distance = np.abs(values - _local_medians(values))
-    typical, remark = float(np.median(distance[known])), ""
-    if typical <= rounding:
+    apart, remark = distance[distance > rounding], ""
+    if 2 * apart.size < known.sum():
         steps = np.abs(np.concatenate([np.diff(values, axis=axis).ravel() for axis in (0, 1)]))
-        steps = steps[steps > rounding]
-        typical = float(np.median(steps)) if steps.size else math.inf
-        remark = ", by the steps between neighbours, as most points equal the median around them"
-    spikes = distance > limit * 1.4826 * typical
+        apart = steps[steps > rounding]
+        remark = ", by the steps between neighbours, as most equal the median around them"
+    spikes = distance > limit * 1.4826 * (float(np.median(apart)) if apart.size else math.inf)
     remark = f"spikes: {counted(int(spikes.sum()), 'point')} counted as lost{remark}"
     return _changed(height_map, np.where(spikes, np.nan, values), remark)
 
@@ -139,12 +138,11 @@ def filtered(height_map: HeightMap, cutoff: float, key: KeyPath, *, keep_long: b
     axes = [axis for axis, count in enumerate(height_map.values.shape) if count > 1]
     least, most = 2.0 * max(height_map.spacing[axis] for axis in axes), max(height_map.span)
     if not least <= cutoff <= most:
-        problem = (
-            f"is longer than the map of {in_small_unit(most)}"
-            if cutoff > most
-            else f"is shorter than two points of the map, {in_small_unit(least)}"
+        raise CaseError(
+            f"{in_small_unit(cutoff)} is no wave of the map; a cut-off between two points, {in_small_unit(least)}, and"
+            f" the length of the map, {in_small_unit(most)}, is needed",
+            key,
         )
-        raise CaseError(f"{in_small_unit(cutoff)} {problem}; a cut-off between both is needed", key)
     values = height_map.values
     known = np.isfinite(values)
     sums, weights = (
