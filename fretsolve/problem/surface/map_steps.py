@@ -182,7 +182,7 @@ def _several(noun: str, values: Sequence[float], unit: str) -> str:
 
 
 def _local_medians(values: DoubleArray) -> DoubleArray:
-    """Return the medians of the heights (mx, my) in a square about each point, NaN at lost points.
+    """Return the medians of the heights (mx, my) in a square about each known point.
 
     Near rims and holes only those neighbours count whose opposite neighbour is known, so that a tilt moves no median.
     """
