@@ -66,13 +66,13 @@ def _library(file: Path, key: KeyPath) -> tuple[str, Any]:
 def _read(reader: Any, dataset: str | None, file: Path, key: KeyPath, *, upwards: bool) -> RawMap:
     """Return the heights of a channel as [x, y], y upwards."""
     channel, remarks = _channel(reader, dataset, file, key)
+    if channel.is_uniform is False:
+        raise ValueError("the points of its profile are unevenly spaced; give them as text, x and z in a line")
     points, size = channel.nb_grid_pts, channel.physical_sizes
     if math.prod(points) > MOST_HEIGHTS:
         sides = " x ".join(map(str, points))
         raise ValueError(f"it has {sides} heights, at most {MOST_HEIGHTS} in all are read; give a part of it")
     surface = channel.topography(**({"physical_sizes": points} if size is None else {}))
-    if not surface.is_uniform:
-        raise ValueError("the points of its profile are unevenly spaced; give them as text, x and z in a line")
     heights = surface.heights()
     values = np.array(heights, np.float64)
     lost = np.ma.getmaskarray(heights)

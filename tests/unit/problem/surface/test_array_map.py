@@ -242,7 +242,7 @@ class TestNumpy:
 
     def test_npy_has_no_datasets(self, tmp_path):
         np.save(tmp_path / "map.npy", VALUES)
-        with pytest.raises(CaseError, match="'map.npy' holds one array and no datasets; leave 'z' out"):
+        with pytest.raises(CaseError, match=r"'map.npy' holds one array and no datasets; leave 'z' out"):
             read_numpy(tmp_path / "map.npy", "z", KEY)
 
 
