@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.problem.surface.hdf5_notes import Attributes, Axis, axes_of, in_one_unit, stated_spacing
+from fretsolve.problem.surface.hdf5_notes import Attributes, Axis, axes_of, in_one_unit, is_scale, stated_spacing
 from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, RawMap
 from fretsolve.system.hdf5_files import LARGEST_RATIO, dataset_names, open_hdf5, own_dataset, try_attributes
 
@@ -38,7 +38,7 @@ def read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> RawMap:
     with open_hdf5(file) as stored:
         names = dataset_names(stored)
         if dataset is None:
-            names = [name for name in names if not stored[name].is_scale]
+            names = [name for name in names if not is_scale(stored[name])]
         node = own_dataset(stored, _chosen(dataset and dataset.strip("/"), names, file, key))
         _require_plausible(node.shape, node.dtype)
         notes = Attributes(node)

@@ -64,26 +64,40 @@ class Axis:
 
 
 def axes_of(node: Any) -> list[Axis]:
-    """Return the dimensions of a dataset, from their scales or labels. Raises ValueError if coordinates are uneven."""
-    return [_axis(dimension) for dimension in node.dims]
+    """Return the dimensions of a dataset, from their scales or labels, empty if it has neither.
+
+    It reads the attributes that make up dimension scales, since HDF5's own functions for them crash on damaged files.
+    Raises ValueError if coordinates are uneven or of another number.
+    """
+    notes = Attributes(node)
+    scales, labels = notes.values("DIMENSION_LIST"), notes.values("DIMENSION_LABELS")
+    if scales:
+        sized = zip(scales, node.shape, strict=True)
+        return [_axis(node.file[found[0]], size) if len(found) else Axis("") for found, size in sized]
+    return [Axis(label.lower()) for label in labels if isinstance(label, str)]
 
 
-def _axis(dimension: Any) -> Axis:
-    scale = next(iter(dimension.values()), None)
-    if scale is None:
-        return Axis(dimension.label.lower())
+def is_scale(node: Any) -> bool:
+    """Return whether a dataset is the scale of a dimension of others."""
+    return Attributes(node).text("CLASS") == "DIMENSION_SCALE"
+
+
+def _axis(scale: Any, size: int) -> Axis:
+    """Return the dimension of `size` points of a scale, without a step where netCDF keeps the size alone."""
     name = scale.name.rsplit("/")[-1]
     notes = Attributes(scale)
     if (notes.text("NAME") or "").startswith(NO_COORDINATES):
         return Axis(name.lower())
     require_own_data(scale, name)
+    if scale.shape != (size,):
+        raise ValueError(f"its scale {name!r} does not hold {size} coordinates")
     unit, remarks = notes.unit("unit", "units")
     return Axis(name.lower(), _step(np.asarray(scale[()]), name), unit, tuple(f"{name}: {one}" for one in remarks))
 
 
 def _step(coordinates: Any, name: str) -> float | None:
     """Return the step of evenly spaced `coordinates` (n,), below 0 if they descend; None of a single one."""
-    if coordinates.ndim != 1 or coordinates.dtype.kind not in "iuf" or coordinates.size < 2:
+    if coordinates.dtype.kind not in "iuf" or coordinates.size < 2:
         return None
     places = coordinates.astype(np.float64)
     step: float = float(places[-1] - places[0]) / (places.size - 1)

@@ -182,6 +182,24 @@ class TestScales:
         with pytest.raises(ValueError, match=r"its coordinates 'y' are not evenly spaced, with steps from .* to "):
             read(file, "z")
 
+    def test_other_number_of_coordinates(self, tmp_path):
+        with pytest.raises(ValueError, match="its scale 'y' does not hold 4 coordinates"):
+            read(with_scales(tmp_path / "map.h5", "yx", [0, 2, 4], [0, 5, 10], {}), "z")
+
+    def test_labels_name_the_dimensions_as_scales_do(self, tmp_path):
+        with h5py.File(tmp_path / "map.h5", "w") as stored:
+            stored["z"] = ROWS
+            stored["z"].dims[0].label, stored["z"].dims[1].label = "Y", "X"
+        raw = read(tmp_path / "map.h5", "z")
+        np.testing.assert_array_equal(raw.values, VALUES)
+        assert (raw.spacing, raw.remarks) == (None, ("its dimensions are y, x: transposed to x, y",))
+
+    def test_unit_of_coordinates_that_is_no_length(self, tmp_path):
+        file = with_scales(tmp_path / "map.h5", "xy", [0, 5, 10], [0, 2, 4, 6], {"x": "s"}, VALUES)
+        raw = read(file, "z")
+        assert (raw.spacing, raw.xy_unit) == ((5.0, 2.0), None)
+        assert raw.remarks == ("x: its unit 's' is no unit of length and is not used",)
+
     def test_coordinates_in_single_precision(self, tmp_path):
         y = (50.0 + 1e-3 * np.arange(4)).astype(np.float32)  # neighbours are 4e-6 apart
         raw = read(with_scales(tmp_path / "map.h5", "yx", y, [0, 5, 10], {}), "z")
