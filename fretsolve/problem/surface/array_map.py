@@ -1,17 +1,20 @@
-"""Read heights from arrays of HDF5 and NumPy files, [x, y]."""
+"""Read heights from arrays of HDF5 and NumPy files, [x, y] unless dimension scales say otherwise."""
 
 from __future__ import annotations
 
 import math
 import zipfile
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import CaseError, KeyPath
+from fretsolve.problem.surface.hdf5_notes import Attributes, Axis, axes_of, in_one_unit, is_scale, stated_spacing
 from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, RawMap
 from fretsolve.system.hdf5_files import LARGEST_RATIO, dataset_names, open_hdf5, own_dataset, try_attributes
 
@@ -19,16 +22,60 @@ MOST_BYTES = 16 * MOST_HEIGHTS
 """Bytes of the heights as they are stored."""
 
 
+def is_hdf5(file: Path) -> bool:
+    """Return whether a file, of whatever ending, is an HDF5 file, as those of netCDF-4 are. Raises OSError."""
+    file.stat()
+    return bool(h5py.is_hdf5(file))
+
+
 def read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> RawMap:
-    """Read a dataset, with the spacing from its attributes `spacing`, or `dx` and `dy` (mm)."""
+    """Read a dataset, with what its attributes and dimension scales say of unit and spacing.
+
+    An array whose scales or dimensions are named y, x in this order is turned to [x, y], and one whose coordinates
+    descend is mirrored. Raises FileError, CaseError (at `key`) without such a dataset, ValueError.
+    """
     try_attributes(file)
     with open_hdf5(file) as stored:
-        name = _chosen(dataset and dataset.strip("/"), dataset_names(stored), file, key)
-        node = own_dataset(stored, name)
+        names = dataset_names(stored)
+        if dataset is None:
+            names = [name for name in names if not is_scale(stored[name])]
+        node = own_dataset(stored, _chosen(dataset and dataset.strip("/"), names, file, key))
         _require_plausible(node.shape, node.dtype)
-        separate = [node.attrs[name] for name in ("dx", "dy") if name in node.attrs]
-        spacing = tuple(float(step) for step in np.ravel(node.attrs.get("spacing", separate)))
-        return RawMap(np.asarray(node[()]), spacing or None)
+        notes = Attributes(node)
+        raw = _along_scales(RawMap(_scaled(np.asarray(node[()]), notes)), axes_of(node))
+        unit, of_unit = notes.unit("unit", "units", "z_unit")
+        raw = replace(raw, unit=unit, remarks=(*raw.remarks, *of_unit))
+        spacing, of_spacing = stated_spacing(notes)
+        raw = replace(raw, remarks=(*raw.remarks, *of_spacing))
+        return raw if spacing is None else replace(raw, spacing=spacing[0], xy_unit=spacing[1])
+
+
+def _scaled(values: NDArray[Any], notes: Attributes) -> NDArray[Any]:
+    """Return stored numbers as heights, by the netCDF attributes for lost points, scale and offset."""
+    lost = [number for name in ("_FillValue", "missing_value") for number in notes.numbers(name)]
+    factor, offset = notes.numbers("scale_factor"), notes.numbers("add_offset")
+    if values.dtype.kind not in "iuf" or not (lost or factor or offset):
+        return values
+    heights = values.astype(np.float64)
+    heights[np.isin(values, np.array(lost).astype(values.dtype))] = np.nan
+    return heights * (factor[0] if factor else 1.0) + (offset[0] if offset else 0.0)
+
+
+def _along_scales(raw: RawMap, axes: list[Axis]) -> RawMap:
+    """Return the array as [x, y], both ascending, with the spacing of its coordinates."""
+    values, remarks = raw.values, []
+    if [axis.name for axis in axes] == ["y", "x"]:
+        values, axes = values.T, axes[::-1]
+        remarks.append("its dimensions are y, x: transposed to x, y")
+    for number, (name, axis) in enumerate(zip("xy", axes, strict=False)):
+        if axis.step is not None and axis.step < 0:
+            values = np.flip(values, number)
+            remarks.append(f"its {name} descends: mirrored in {name}")
+    remarks += [remark for axis in axes for remark in axis.remarks]
+    if not axes or any(axis.step is None for axis in axes):
+        return replace(raw, values=values, remarks=tuple(remarks))
+    spacing, unit = in_one_unit([(abs(axis.step or 0.0), axis.unit) for axis in axes])
+    return RawMap(values, spacing, xy_unit=unit, remarks=tuple(remarks))
 
 
 def read_numpy(file: Path, dataset: str | None, key: KeyPath) -> RawMap:

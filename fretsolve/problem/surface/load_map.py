@@ -19,7 +19,7 @@ from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.keys.map_keys import HDF5_SUFFIXES, HeightsSurface, MapKeys
 from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
-from fretsolve.problem.surface.array_map import read_hdf5, read_numpy
+from fretsolve.problem.surface.array_map import is_hdf5, read_hdf5, read_numpy
 from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.instrument_map import read_instrument
 from fretsolve.problem.surface.map_steps import prepared
@@ -30,6 +30,9 @@ from fretsolve.system.files import require_regular
 
 AGREEMENT = 0.01
 """Largest difference between what file and case say, over what the case says."""
+
+LARGEST_SPACING = 1.0
+"""mm between the points of a map, if a file is to be believed: a contact is hardly wider."""
 
 
 def height_map_separation(source: HeightsSurface, x: DoubleArray, y: DoubleArray, key: KeyPath) -> DoubleArray:
@@ -89,13 +92,13 @@ def read_map(file: Path, keys: MapKeys, key: KeyPath, *, line: bool) -> RawMap:
     suffix = file.suffix.lower()
     try:
         require_regular(file, 2**30 if suffix in TEXT_SUFFIXES else 2**33)
-        if suffix in HDF5_SUFFIXES or (suffix == ".nc" and keys.dataset is not None):
+        if suffix in HDF5_SUFFIXES or (suffix == ".nc" and is_hdf5(file)):
             return read_hdf5(file, keys.dataset, (*key, "dataset"))
         if suffix in NUMPY_SUFFIXES:
             return read_numpy(file, keys.dataset, (*key, "dataset"))
         if suffix in TEXT_SUFFIXES:
             return read_text(file, line=line)
-        return read_instrument(file, (*key, "file"))
+        return read_instrument(file, keys.dataset, key)
     except FretsolveError:
         raise
     except Exception as error:  # whatever the libraries raise on a damaged file
@@ -154,6 +157,12 @@ def _spacing(raw: RawMap, unit: float, keys: MapKeys, file: Path, key: KeyPath) 
         if keys.spacing is not None and keys.override:
             return keys.spacing
         raise CaseError(f"the spacing in {file.name!r} is {list(raw.spacing)}; {example}", place)
+    if max(pair) > LARGEST_SPACING and not keys.override:
+        raise CaseError(
+            f"the points in {file.name!r} are {_length(max(pair))} apart by what it says, more than"
+            f" {_length(LARGEST_SPACING)}; check its units, and {example} with override: true",
+            place,
+        )
     own = keys.spacing or (None, None)
     names = ("its spacing along x", "its spacing along y")
     x, y = (_agreed(*words, keys, place) for words in zip(names, own, pair, strict=True))

@@ -145,7 +145,7 @@ def test_heights_file_is_relative_to_the_case(tmp_path: Path) -> None:
     assert heights.invert
     (heights,) = with_surface(tmp_path, "{heights: {file: /data/rough.npy, spacing: [1, 2]}}")
     assert heights == HeightsSurface.model_validate({"file": "/data/rough.npy", "spacing": [1, 2]})
-    assert (heights.unit, heights.invert) == (1.0, False)
+    assert (heights.unit, heights.invert) == (None, False)
 
 
 def test_heights_file_is_absolute_for_a_relative_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
