@@ -55,6 +55,9 @@ SINGLE_ACCURACY = 0.02
 """Least accuracy for which single precision does as well. Its coarse runs have a tolerance of 1e-4, which leaves the
 dissipated energy of a sphere sheared to half of mu P a bar of 1.1 % on 90 to 750 points; double precision 0.07 %."""
 
+LARGEST_MISMATCH = 0.05
+"""Difference of the sum of a rough surface's waves from the integral of its spectrum that is worth a word."""
+
 LARGE_RESULT = 4e9
 """Bytes of a result that are most likely not wanted."""
 
@@ -356,22 +359,40 @@ def _about_punch(setup: ProblemSetup, punch: PunchSurface, radius: float) -> Ite
 
 
 def _about_heights(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of height maps that are steep, or finer than the cells, if flattening what these miss takes pressure."""
-    if all(surface.kind != "heights" for surface in setup.case.surface):
+    """Warn of rough surfaces that are steep, or finer than the cells, if flattening what these miss takes pressure."""
+    kinds = {surface.kind for surface in setup.case.surface}
+    if not kinds & {"heights", "roughness"}:
         return
-    grid, heights = setup.grid, setup.heights()
+    grid, heights, rough = setup.grid, setup.heights(), "height map" if "heights" in kinds else "roughness"
     if (slope := heights.slope()) > 1.0:  # then something is wrong, rather than rough
         yield (
-            f"surface: the root mean square slope of the height map is {slope:.2g}: half-spaces and linear elasticity"
-            " hold for slopes small against 1; are unit and spacing right, and missing points nan?"
+            f"surface: the root mean square slope of the {rough} is {slope:.2g}: half-spaces and linear elasticity"
+            " hold for slopes small against 1"
+            + ("; are unit and spacing right, and missing points nan?" if "heights" in kinds else "")
         )
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
         resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))
         coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""
         yield (
-            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the height map that take {needed:.3g} MPa to"
+            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the {rough} that take {needed:.3g} MPa to"
             f" flatten; {resolving} points would resolve them{coarse}"
         )
+
+
+def _about_roughness(setup: ProblemSetup) -> Iterator[str]:
+    """Warn of a rough surface whose waves are too few for their sum to have the height of the integral."""
+    for place, surface in enumerate(setup.case.surface):
+        if surface.kind == "roughness":
+            from fretsolve.problem.surface.roughness import rms_of_spectrum, waves_of  # few cases have one
+
+            (height, slope), (wanted, wanted_slope) = waves_of(surface).rms(), rms_of_spectrum(surface)
+            if max(abs(height / wanted - 1.0), abs(slope / wanted_slope - 1.0)) > LARGEST_MISMATCH:
+                yield (
+                    f"{_typed(setup, 'surface', place, 'roughness', 'span')}: {surface.period:g} mm holds few waves of"
+                    f" the rolloff ({surface.longest:g} mm): the sum of the waves has {1e3 * height:.3g} um rms and the"
+                    f" rms slope {slope:.3g}, the integral of the spectrum {1e3 * wanted:.3g} um and"
+                    f" {wanted_slope:.3g}; a span of five rolloffs or more brings the two together"
+                )
 
 
 def cells_across(setup: ProblemSetup) -> float | None:
@@ -480,6 +501,7 @@ WARNINGS: tuple[Callable[[ProblemSetup], Iterator[str]], ...] = (
     _about_ends,
     _about_edges,
     _about_heights,
+    _about_roughness,
     _about_solver,
     _about_counts,
     _about_large_contacts,

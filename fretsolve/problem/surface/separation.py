@@ -54,6 +54,10 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
                 from fretsolve.problem.surface.load_map import height_map_separation  # other surfaces do not need it
 
                 total += height_map_separation(surface, from_x, from_y, ("surface", index, "heights"))
+            case "roughness":
+                from fretsolve.problem.surface.roughness import waves_of  # other surfaces do not need it
+
+                total += waves_of(surface).heights(from_x, from_y)
     return total
 
 
