@@ -144,8 +144,8 @@ def _require_two_cells_per_wave(case: Case, grid: Grid) -> None:
     for index, surface in enumerate(case.surface):
         if surface.kind == "roughness" and surface.cutoff < 2.0 * side * (1.0 - 1e-9):
             raise case.source.problem(
-                f"{surface.cutoff:g} mm is under two cells of the grid ({side:.3g} mm each); {2.0 * side:.3g} mm or more"
-                " is needed, or more points",
+                f"{surface.cutoff:g} mm is under two cells of the grid ({side:.3g} mm each); {2.0 * side:.3g} mm or"
+                " more is needed, or more points",
                 ("surface", index, "roughness", "cutoff"),
             )
 

@@ -239,24 +239,23 @@ class RoughnessSurface(Placed):
         require_either(self, "rms_height", "rms_slope")
         span, rolloff = self.span or math.inf, self.rolloff or self.span or math.inf
         if rolloff > span:
-            refused_at([(("rolloff",), f"{rolloff:g} mm is longer than the span ({span:g} mm); a shorter one is needed")])
+            message = f"{rolloff:g} mm is longer than the span ({span:g} mm); a shorter one is needed"
+            refused_at([(("rolloff",), message)])
         if self.cutoff >= rolloff:
             name = "rolloff" if self.rolloff else "span"
-            refused_at([(("cutoff",), f"{self.cutoff:g} mm is not shorter than the {name} ({rolloff:g} mm)")])
+            message = f"{self.cutoff:g} mm is not shorter than the {name} ({rolloff:g} mm); a shorter one is needed"
+            refused_at([(("cutoff",), message)])
         if self.span is not None and span > MOST_WAVES * self.cutoff:
-            message = f"{span / self.cutoff:.0f} of the shortest waves fit into the span ({span:g} mm), at most"
-            refused_at([(("cutoff",), f"{message} {MOST_WAVES} are possible; a longer cutoff or a shorter span is needed")])
+            message = (
+                f"{span / self.cutoff:.0f} of the shortest waves fit into the span ({span:g} mm), at most {MOST_WAVES}"
+                " are possible; a longer cutoff or a shorter span is needed"
+            )
+            refused_at([(("cutoff",), message)])
         return self
 
 
 Surface = (
-    SphereSurface
-    | EllipsoidSurface
-    | CylinderSurface
-    | ConeSurface
-    | PunchSurface
-    | HeightsSurface
-    | RoughnessSurface
+    SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface | PunchSurface | HeightsSurface | RoughnessSurface
 )
 
 

@@ -197,8 +197,9 @@ def _profiles_of_waves(surface: RoughnessSurface, center: Pair, size: Pair) -> H
     long = [middle + np.arange(-half, half, spacing) for middle, half in zip(place, reach, strict=True)]
     few = [middle + np.linspace(-half, half, 64) for middle, half in zip(place, reach, strict=True)]
     if surface.of_line:
-        return HeightProfiles((waves.heights(long[0], np.zeros(1)), np.zeros((1, 1))), (spacing, spacing), surface.cutoff)
-    along = waves.heights(long[0], few[1]), waves.heights(few[0], long[1]).T
+        along = waves.heights(long[0], np.zeros(1)), np.zeros((1, 1))
+    else:
+        along = waves.heights(long[0], few[1]), waves.heights(few[0], long[1]).T
     return HeightProfiles(along, (spacing, spacing), surface.cutoff)
 
 

@@ -72,10 +72,10 @@ def waves_of(surface: RoughnessSurface) -> Waves:
     shortest = math.floor(surface.period / surface.cutoff * (1.0 + ROUNDING))  # its number on the period
     step, random = 2.0 * math.pi / surface.period, np.random.default_rng(surface.seed)
     if surface.of_line:
-        numbers, across = np.arange(1, shortest + 1), np.zeros(1)
+        numbers, across = np.arange(1.0, shortest + 1), np.zeros(1)
         phases = random.random((shortest, 1))
     else:
-        numbers, across = np.arange(-shortest, shortest + 1), np.arange(shortest + 1)
+        numbers, across = np.arange(-shortest, shortest + 1.0), np.arange(shortest + 1.0)
         phases = _phases_by_rings(shortest, random)
     number = np.hypot(numbers[:, None], across)
     density = np.zeros(number.shape)
@@ -121,6 +121,7 @@ def _unscaled(surface: RoughnessSurface) -> tuple[float, float]:
     def integral(power: int) -> float:
         """Return the integral of C q^(power - 1) dq."""
         falling = power + surface.exponent  # not 0, since the Hurst exponent is between 0 and 1
-        return (rolloff**power - first**power) / power + rolloff**power * ((last / rolloff) ** falling - 1.0) / falling
+        level = (rolloff**power - first**power) / power
+        return level + rolloff**power * (math.pow(last / rolloff, falling) - 1.0) / falling
 
     return math.sqrt(factor * integral(power)), math.sqrt(factor * integral(power + 2))
