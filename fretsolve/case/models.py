@@ -305,9 +305,10 @@ def _longer_side(grid: Any) -> float | None:
     """Return the longer side (mm) of a grid as the file has it; None if there is none, which the grid refuses."""
     size = grid.get("size") if isinstance(grid, dict) else None
     try:
-        return max(to_internal(side, LENGTH) for side in (size if isinstance(size, list | tuple) else [size]))
+        side = max(to_internal(side, LENGTH) for side in (size if isinstance(size, list | tuple) else [size]))
     except (QuantityError, ValueError):  # auto, no length, or no sides
         return None
+    return side if side > 0.0 else None
 
 
 def _with_span(surface: Any, span: float) -> Any:

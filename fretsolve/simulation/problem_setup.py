@@ -186,6 +186,9 @@ def contact_size(
     The search begins with the side `first` (mm); line: on one row of cells. Raises CaseError where the contact always
     reaches the edge, as the contact of an endless cylinder does.
     """
+    if all(surface.kind == "roughness" for surface in surfaces):
+        message = "a rough flat does not end, so that no size holds its contact; add a surface, such as a punch"
+        raise CaseError(message, ("grid", "size"))
     extent = np.zeros(2)
     for load in dict.fromkeys(loads):
         if not load.forced[0] or load.values[0] > 0.0:

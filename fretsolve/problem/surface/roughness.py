@@ -66,7 +66,7 @@ def spectrum_constant(surface: RoughnessSurface) -> float:
     return _scale(surface) ** 2
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def waves_of(surface: RoughnessSurface) -> Waves:
     """Return the waves of a surface. A run needs them several times."""
     shortest = math.floor(surface.period / surface.cutoff * (1.0 + ROUNDING))  # its number on the period

@@ -212,6 +212,12 @@ class TestGrid:
         assert min(setup.grid.shape) >= 250
         assert not any("waves" in text for text in case_warnings(setup))
 
+    def test_rough_flat_alone_has_no_automatic_size(self, tmp_path: Path):
+        flat = SPANLESS.replace("}", ", span: 1 mm}")
+        text = case_text(flat, "{points: 64}").replace("{sphere: {radius: 10 mm}}, ", "")
+        with pytest.raises(CaseError, match=r"grid\.size: a rough flat does not end, so that no size"):
+            set_up(load_case(write_case(tmp_path, text)))
+
     def test_few_waves_of_the_rolloff_are_said(self, tmp_path: Path):
         (told,) = (
             text
