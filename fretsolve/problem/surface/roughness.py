@@ -7,7 +7,7 @@ root mean square height h or slope g of the case by the integrals
     h^2 = (1/2 pi) int C q dq,  g^2 = (1/2 pi) int C q^3 dq;  on a line (1/pi) int C dq, (1/pi) int C q^2 dq.
 
 The waves of the period are a sum in place of the integral. The heights differ where few waves are as long as the
-rolloff: by 0.8 % where five of them fit into the span, by 31 % where one does (H = 0.8, a tenth as long a cutoff).
+rolloff: by 0.8 % where five of them fit into the span, by 32 % where one does (H = 0.8, a cutoff of a tenth).
 
 Each wave has the amplitude sqrt(C)/span (on a line sqrt(C/span)), and a random phase. Phases are drawn from long to
 short waves, so that a shorter cutoff adds waves and keeps the others. Heights are evaluated from the waves at each
