@@ -27,7 +27,7 @@ from pydantic_core import CoreSchema, core_schema
 from fretsolve.case.base import CaseModel, GridPoints, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
 from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
-from fretsolve.case.keys.body_specs import CylinderSurface, OneSurface, PunchSurface, read_from
+from fretsolve.case.keys.body_specs import CylinderSurface, OneSurface, PunchSurface, RoughnessSurface, read_from
 from fretsolve.case.keys.load_path_spec import (
     AmplitudeCycle,
     BulkStress,
@@ -151,18 +151,29 @@ class LineHeights(_LineModel, HeightsSurface):
     )
 
 
-LineSurface = LineCylinder | LinePunch | LineHeights
+class LineRoughness(_LineModel, RoughnessSurface):
+    """A self-affine rough profile of random waves along x, by its spectrum: level up to the rolloff, then falling."""
+
+    of_line: ClassVar[bool] = True
+    center: Place = _PLACE
+    span: PositiveLength | None = Field(
+        default=None, description="period along x, the longest wave; default grid.size", examples=["0.5 mm"]
+    )
+
+
+LineSurface = LineCylinder | LinePunch | LineHeights | LineRoughness
 
 
 class LineSurfaceEntry(_LineModel, OneSurface):
     """One surface as the file has it: its kind, and what belongs to the kind."""
 
     refused_keys = dict.fromkeys(
-        ("sphere", "ellipsoid", "cone"), "it makes no line contact; cylinder, punch or heights is needed"
+        ("sphere", "ellipsoid", "cone"), "it makes no line contact; cylinder, punch, heights or roughness is needed"
     )
     cylinder: LineCylinder | None = None
     punch: LinePunch | None = None
     heights: LineHeights | None = None
+    roughness: LineRoughness | None = None
 
 
 LineSurfaces = Annotated[

@@ -19,10 +19,10 @@ from pydantic import (
 )
 
 from fretsolve.case.base import CaseModel, GridPoints, Position, PositiveLength, Repeated, auto, refused_at
-from fretsolve.case.dimensions import Dimension
+from fretsolve.case.dimensions import LENGTH, Dimension
 from fretsolve.case.expression import Expression
 from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
-from fretsolve.case.keys.body_specs import Body, Surfaces
+from fretsolve.case.keys.body_specs import Body, RoughnessSurface, Surfaces
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.load_path_spec import CycleSpec, LoadStep
 from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec, WearField
@@ -37,7 +37,7 @@ from fretsolve.case.keys.unrolled_path import (
     with_cycle_friction,
 )
 from fretsolve.case.keys.wear_spec import WearSpec, check_wear
-from fretsolve.case.quantities import refused
+from fretsolve.case.quantities import QuantityError, refused, to_internal
 from fretsolve.case.source import CaseSource, Place
 from fretsolve.errors import KeyPath
 
@@ -194,6 +194,22 @@ class Case(CaseModel):
             return {**value, "output": {**output, "fields": [*DEFAULT_FIELDS, "wear_depth"]}}
         return value
 
+    @model_validator(mode="before")
+    @classmethod
+    def _roughness_has_the_span_of_the_grid(cls, value: Any) -> Any:
+        if not isinstance(value, dict) or (span := _longer_side(value.get("grid"))) is None:
+            return value
+        surface = value.get("surface")
+        entries = [_with_span(one, span) for one in (surface if isinstance(surface, list | tuple) else [surface])]
+        return {**value, "surface": entries if isinstance(surface, list | tuple) else entries[0]}
+
+    @model_validator(mode="after")
+    def _roughness_has_a_span(self) -> Self:
+        message = "span is missing, and grid.size is auto; give the period, such as 0.5 mm"
+        lacking = (i for i, one in enumerate(self.surface) if isinstance(one, RoughnessSurface) and one.span is None)
+        refused_at((("surface", index, "roughness"), message) for index in lacking)
+        return self
+
     @model_validator(mode="after")
     def _wear_fits(self) -> Self:
         if self.wear is None:
@@ -283,6 +299,22 @@ class Case(CaseModel):
                 if wanted.stage is not None and wanted.stage > count
             )
         return expect
+
+
+def _longer_side(grid: Any) -> float | None:
+    """Return the longer side (mm) of a grid as the file has it; None if there is none, which the grid refuses."""
+    size = grid.get("size") if isinstance(grid, dict) else None
+    try:
+        side = max(to_internal(side, LENGTH) for side in (size if isinstance(size, list | tuple) else [size]))
+    except (QuantityError, ValueError):  # auto, no length, or no sides
+        return None
+    return side if side > 0.0 else None
+
+
+def _with_span(surface: Any, span: float) -> Any:
+    """Return a surface as the file has it, and roughness without a span with this one."""
+    keys = surface.get("roughness") if isinstance(surface, dict) else None
+    return {**surface, "roughness": {"span": span, **keys}} if isinstance(keys, dict) else surface
 
 
 def _without_none(value: Any) -> Any:

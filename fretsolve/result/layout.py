@@ -166,9 +166,9 @@ def row_type(errors: bool, optional: Iterable[Quantity]) -> np.dtype[Any]:
 
 
 def may_have_spots(effective_case: Mapping[str, Any]) -> bool:
-    """Return whether a contact may have several spots: a contact of a height map, or of several surfaces on an area."""
+    """Return whether a contact may have several spots: on an area, a rough or several surfaces."""
     surfaces = effective_case.get("surface", [])
-    several = len(surfaces) > 1 or any("heights" in one for one in surfaces)
+    several = len(surfaces) > 1 or any("heights" in one or "roughness" in one for one in surfaces)
     return several and effective_case.get("plane") != "strain"
 
 

@@ -75,6 +75,7 @@ def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
     points = case.grid.points or points_needed(forms, load_path, size, heights, automatic_size)
     grid = _grid(model, points, size, case)
     _require_single_range(case, model, grid)
+    _require_two_cells_per_wave(case, grid)
     picked = picks(asked, case, points, load_path)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     sure_contact = partial(surely_in_contact, case.surface, model.compliances, case.grid.center)
@@ -137,6 +138,18 @@ def _require_deep(case: Case, size: Size) -> None:
         )
 
 
+def _require_two_cells_per_wave(case: Case, grid: Grid) -> None:
+    """Raise CaseError if waves of a rough surface are shorter than two cells, which would see longer ones instead."""
+    side = max(grid.dx, grid.dy)
+    for index, surface in enumerate(case.surface):
+        if surface.kind == "roughness" and surface.cutoff < 2.0 * side * (1.0 - 1e-9):
+            raise case.source.problem(
+                f"{surface.cutoff:g} mm is under two cells of the grid ({side:.3g} mm each); {2.0 * side:.3g} mm or"
+                " more is needed, or more points",
+                ("surface", index, "roughness", "cutoff"),
+            )
+
+
 def _require_single_range(case: Case, model: Model, grid: Grid) -> None:
     """Raise CaseError if the influence coefficients leave the range of a case's single precision."""
     compliance = max(grid.dx, grid.dy) / model.compliances.contact_modulus
@@ -173,6 +186,9 @@ def contact_size(
     The search begins with the side `first` (mm); line: on one row of cells. Raises CaseError where the contact always
     reaches the edge, as the contact of an endless cylinder does.
     """
+    if all(surface.kind == "roughness" for surface in surfaces):
+        message = "a rough flat does not end, so that no size holds its contact; add a surface, such as a punch"
+        raise CaseError(message, ("grid", "size"))
     extent = np.zeros(2)
     for load in dict.fromkeys(loads):
         if not load.forced[0] or load.values[0] > 0.0:
@@ -216,6 +232,8 @@ def _own_size(surface: Surface, contact_modulus: float, loads: Sequence[Load], k
 
         found = load_height_map(surface, key)
         return max(*found.span, *found.spacing)
+    if surface.kind == "roughness":
+        return surface.period
     contacts = (round_contact(surface, contact_modulus, *pressing(load)) for load in loads)
     return 2.0 * AREA_MARGIN * max((contact.contact_radius for contact in contacts if contact), default=0.0) or 1.0
 

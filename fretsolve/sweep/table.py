@@ -31,8 +31,8 @@ from fretsolve.system.hdf5_files import open_hdf5
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that a spreadsheet takes for a formula."""
 
-_FIRST_COLUMNS = b"index,id,status,"
-"""Beginning of a sweep's table as CSV."""
+_FIRST_COLUMNS = b"index,id,status,", b"seeds,"
+"""Beginnings of a sweep's table as CSV, and of the means over its seeds."""
 
 NOT_OWN = "is not {}, so it is not replaced: move it away, or give another {} with -o"
 
@@ -221,7 +221,7 @@ def require_tables(paths: Iterable[Path]) -> None:
             with suppress(OSError, FileError):
                 require_regular(path)
                 with path.open("rb") as file:
-                    own = file.read(len(_FIRST_COLUMNS)) == _FIRST_COLUMNS
+                    own = file.read(20).startswith(_FIRST_COLUMNS)
             if not own:
                 raise FileError(NOT_OWN.format("the table of a sweep", "name"), path)
 

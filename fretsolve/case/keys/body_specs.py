@@ -180,7 +180,83 @@ class PunchSurface(Placed):
         return self
 
 
-Surface = SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface | PunchSurface | HeightsSurface
+MOST_WAVES = 4096
+"""Shortest waves on the period of a rough surface, of which half a gigabyte of amplitudes is the most to be kept."""
+
+
+class RoughnessSurface(Placed):
+    """A self-affine rough surface of random waves, by its spectrum: level up to the rolloff, then falling."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rms_height"]}, {"required": ["rms_slope"]}]})
+
+    kind: ClassVar[Literal["roughness"]] = "roughness"
+    of_line: ClassVar[bool] = False
+    hurst: Annotated[float, InUnits(NUMBER, above=0, below=1)] = Field(
+        description="Hurst exponent, such as 0.8", examples=[0.8]
+    )
+    rms_height: PositiveLength | None = Field(
+        default=None, description="root mean square height, by the integral of the spectrum", examples=["0.1 um"]
+    )
+    rms_slope: Annotated[float, InUnits(NUMBER, above=0)] | None = Field(
+        default=None, description="root mean square slope, by the integral of the spectrum", examples=[0.01]
+    )
+    rolloff: PositiveLength | None = Field(
+        default=None, description="wavelength beyond which the spectrum is level; default span", examples=["0.1 mm"]
+    )
+    cutoff: PositiveLength = Field(description="shortest wavelength, such as 10 um", examples=["10 um"])
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(
+        default=1, description="number of the random phases; the same one gives the same surface on every grid"
+    )
+    span: PositiveLength | None = Field(
+        default=None,
+        description="period along x and y, the longest wave; default grid.size, its longer side",
+        examples=["0.5 mm"],
+    )
+
+    @property
+    def period(self) -> float:
+        """The span (mm), which every case that was read has."""
+        assert self.span is not None
+        return self.span
+
+    @property
+    def longest(self) -> float:
+        """Wavelength (mm) from which the spectrum falls."""
+        return self.rolloff or self.period
+
+    @property
+    def directions(self) -> int:
+        """Directions in which the surface varies."""
+        return 1 if self.of_line else 2
+
+    @property
+    def exponent(self) -> float:
+        """Exponent with which the spectrum falls."""
+        return -self.directions - 2.0 * self.hurst
+
+    @model_validator(mode="after")
+    def _waves_fit(self) -> Self:
+        require_either(self, "rms_height", "rms_slope")
+        span, rolloff = self.span or math.inf, self.rolloff or self.span or math.inf
+        if rolloff > span:
+            message = f"{rolloff:g} mm is longer than the span ({span:g} mm); a shorter one is needed"
+            refused_at([(("rolloff",), message)])
+        if self.cutoff >= rolloff:
+            name = "rolloff" if self.rolloff else "span"
+            message = f"{self.cutoff:g} mm is not shorter than the {name} ({rolloff:g} mm); a shorter one is needed"
+            refused_at([(("cutoff",), message)])
+        if self.span is not None and span > MOST_WAVES * self.cutoff:
+            message = (
+                f"{span / self.cutoff:.0f} of the shortest waves fit into the span ({span:g} mm), at most {MOST_WAVES}"
+                " are possible; a longer cutoff or a shorter span is needed"
+            )
+            refused_at([(("cutoff",), message)])
+        return self
+
+
+Surface = (
+    SphereSurface | EllipsoidSurface | CylinderSurface | ConeSurface | PunchSurface | HeightsSurface | RoughnessSurface
+)
 
 
 class OneSurface(CaseModel):
@@ -206,6 +282,7 @@ class SurfaceEntry(OneSurface):
     cone: ConeSurface | None = None
     punch: PunchSurface | None = None
     heights: HeightsSurface | None = None
+    roughness: RoughnessSurface | None = None
 
 
 def read_from(entry: type[OneSurface]) -> GetPydanticSchema:

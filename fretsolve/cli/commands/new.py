@@ -34,17 +34,16 @@ def new_case(kind: str, out: Path) -> int:
 
 
 def _heights() -> str:
-    """Return a self-affine surface as a matrix of text in um: waves of random phase, weaker the shorter they are."""
+    """Return a self-affine surface of 1.024 mm as a matrix of text in um, the largest y first."""
     import numpy as np
 
-    random, points, spacing = np.random.default_rng(1), 128, 8e-3  # mm
-    hurst, longest, shortest, rms = 0.8, 0.25, 0.064, 0.1  # waves in mm, heights in um
-    wave = np.hypot(np.fft.fftfreq(points, spacing)[:, None], np.fft.rfftfreq(points, spacing)[None, :])
-    amplitude = np.maximum(wave, 1.0 / longest) ** -(1.0 + hurst)
-    amplitude[wave > 1.0 / shortest] = amplitude[0, 0] = 0.0
-    heights = np.fft.irfft2(amplitude * np.exp(2j * np.pi * random.random(amplitude.shape)), s=(points, points))
-    heights *= rms / heights.std()
-    return "\n".join(" ".join(f"{value:.4f}" for value in row) for row in heights) + "\n"
+    from fretsolve.case.keys.body_specs import RoughnessSurface  # loads pydantic, which other templates do without
+    from fretsolve.problem.surface.roughness import waves_of
+
+    surface = RoughnessSurface(hurst=0.8, rms_height=1e-4, rolloff=0.25, cutoff=0.064, span=1.024)
+    points = 8e-3 * np.arange(128.0)
+    lines = 1e3 * waves_of(surface).heights(points, points).T[::-1]
+    return "\n".join(" ".join(f"{value:.4f}" for value in line) for line in lines) + "\n"
 
 
 def print_schema(path: Path | None, *, overwrite: bool) -> int:

@@ -14,7 +14,7 @@ from fretsolve.cli.map_summary import map_lines
 from fretsolve.errors import CaseError
 from fretsolve.post.plots.sheet import Sheet
 from fretsolve.problem.surface.load_map import load_height_map
-from fretsolve.problem.surface.map_measures import point_warnings
+from fretsolve.problem.surface.map_measures import measures_of, point_warnings
 from fretsolve.system.progress import print_warnings
 
 
@@ -36,7 +36,7 @@ def describe_map(file: Path, overrides: Sequence[str], profile: bool, picture: P
     except CaseError as error:
         raise text.source.problem(error.message, error.key) from None
     print(*map_lines(found), sep="\n", flush=True)
-    print_warnings(file, *point_warnings(found))
+    print_warnings(file, *point_warnings(measures_of(found)))
     if picture is not None:
         from fretsolve.post.plots.canvas import rendered
         from fretsolve.post.plots.pictures.surfaces import ShownMap, draw_maps

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 from fretsolve.cli.case_messages import CaseMessages, none_solved
@@ -26,6 +27,7 @@ from fretsolve.sweep.manifest import (
 )
 from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.quantity import ALL_NAMES, read_quantity
+from fretsolve.sweep.seeds import seed_keys, seeds_path, write_seeds_csv
 from fretsolve.sweep.slurm import requeue, submit
 from fretsolve.sweep.study.assessment import HDF5_NAME
 from fretsolve.sweep.table import collect, require_tables, writer_of
@@ -174,17 +176,23 @@ def _name_damaged(manifest: Manifest, found: Iterable[CaseState]) -> None:
 
 
 def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, fields: bool, overwrite: bool) -> int:
-    """Write the table of what there is by now; by default as CSV and HDF5 in the folder, which are the sweep's own."""
+    """Write the table of what there is by now; by default as CSV and HDF5 in the folder, which are the sweep's own.
+
+    Where seeds vary, their means and scatter are written beside it.
+    """
     manifest = read_manifest(folder)
     own = {folder / "table.csv": False, folder / "table.h5": fields}
     exclusive = out is not None and not overwrite
     chosen = {out: fields} if out else own
     writers = {path: writer_of(path, fields=linked, exclusive=exclusive) for path, linked in chosen.items()}
+    seeds = seeds_path(next(iter(chosen))) if seed_keys(manifest) else None
     if out is not None:
-        require_free(out, overwrite=overwrite)
+        require_free(out, *([seeds] if seeds else []), overwrite=overwrite)
     else:
-        require_tables(own)
+        require_tables([*own, *([seeds] if seeds else [])])
     table = collect(manifest, quantities)
+    if seeds is not None:
+        writers[seeds] = partial(write_seeds_csv, seeds, exclusive=exclusive)
     for path, write in writers.items():
         write(table)
         print(path)

@@ -85,9 +85,10 @@ def is_tilted(load: Load) -> bool:
 def round_contact(surface: Surface, modulus: float, name: str, value: float) -> HertzContact | RoundContact | None:
     """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or delta_z; modulus: E* (MPa).
 
-    Any curved surface counts as the sphere with its curvature along x. None without contact, for punches and maps.
+    Any curved surface counts as the sphere with its curvature along x. None without contact, and for punches
+    and rough surfaces.
     """
-    if surface.kind == "punch" or surface.kind == "heights" or value <= 0.0:
+    if surface.kind == "punch" or surface.kind == "heights" or surface.kind == "roughness" or value <= 0.0:
         return None
     if surface.kind == "cone":
         return (love_cone if name == "P" else love_cone_at)(value, surface.angle, modulus)

@@ -9,30 +9,31 @@ import numpy as np
 from fretsolve.case.dimensions import cell_counts, counted
 from fretsolve.errors import dotted
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.surface.map_measures import point_warnings
-from fretsolve.problem.surface.separation import height_maps
+from fretsolve.problem.surface.map_measures import measures_of, point_warnings
+from fretsolve.problem.surface.separation import placed_maps
 from fretsolve.system.arrays import FloatArray, grown
 
 
 def about_maps(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of maps that are steep, have few points per wave, or are finer than the cells where that takes pressure."""
-    if all(surface.kind != "heights" for surface in setup.case.surface):
+    """Warn of rough surfaces that are steep, have few points per wave, or are finer than the cells where that counts."""
+    kinds = {surface.kind for surface in setup.case.surface}
+    if not kinds & {"heights", "roughness"}:
         return
-    grid, heights = setup.grid, setup.heights()
+    grid, heights, rough = setup.grid, setup.heights(), "height map" if "heights" in kinds else "roughness"
     if (slope := heights.slope()) > 1.0:  # then something is wrong, rather than rough
+        advice = "; are unit and spacing right, and missing points nan?" if "heights" in kinds else ""
         yield (
-            f"surface: the root mean square slope of the height map is {slope:.2g}: half-spaces and linear elasticity"
-            " hold for slopes small against 1; are unit and spacing right, and missing points nan?"
+            f"surface: the root mean square slope of the {rough} is {slope:.2g}: half-spaces and linear elasticity hold"
+            f" for slopes small against 1{advice}"
         )
-    places = [place for place, one in enumerate(setup.case.surface) if one.kind == "heights"]
-    for number, (_, height_map) in zip(places, height_maps(setup.case.surface), strict=True):
-        for text in point_warnings(height_map):
-            yield f"{_typed_map(setup, number)}: {text}"
+    for place, height_map in placed_maps(setup.case.surface):
+        for text in point_warnings(measures_of(height_map)):
+            yield f"{_typed_map(setup, place)}: {text}"
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
         resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))
         coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""
         yield (
-            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the height map that take {needed:.3g} MPa to"
+            f"grid.points: {cell_counts(grid.shape)} cells miss waves of the {rough} that take {needed:.3g} MPa to"
             f" flatten; {resolving} points would resolve them{coarse}"
         )
 

@@ -193,9 +193,11 @@ def points_needed(
     without_maps = nx, ny
     nx, ny = heights().resolving_points(size, without_maps)
     if max(nx, ny) > 2048 and (nx, ny) != without_maps:
+        maps = any(surface.kind == "heights" for surface in forms.case.surface)
+        resolve = "the height map; smooth the map" if maps else "the roughness; give it a longer cutoff"
         raise forms.case.source.problem(
-            f"accuracy {percent(accuracy)} would take {cell_counts((nx, ny))} points to resolve the height map; smooth"
-            " the map, or give grid.points",
+            f"accuracy {percent(accuracy)} would take {cell_counts((nx, ny))} points to resolve {resolve}, or give"
+            " grid.points",
             ("surface",),
         )
     nx, ny = (POINTS_DIVISOR * math.ceil(count / POINTS_DIVISOR) for count in (nx, ny))

@@ -1,4 +1,4 @@
-"""Height maps that are finer than the cells: the slopes that the cells miss, and the points that would see them.
+"""Rough surfaces that are finer than the cells: the slopes that the cells miss, and the points that would see them.
 
 A cell takes the height at its centre, so waves of less than some cells are lost, or appear as longer ones. Of a wave of
 length w, points h apart see the share sin(pi h/w) / (pi h/w) of its slope. What is missed matters by the pressure that
@@ -8,6 +8,9 @@ the map near its own spacing are missed as well: between its points they count a
 Between the points of a map lie facets. Where they meet at a ridge of the angle t, in contact, the pressure is
 E* t/2 pi ln(2 a/x) at the distance x (a wedge, Johnson, section 5.2), which cells that are shorter than a facet show
 the better the shorter they are.
+
+The shortest wave of a surface by its spectrum is known, and its heights between any points. It is judged by points that
+resolve this wave.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.keys.body_specs import Surface
+from fretsolve.case.keys.body_specs import RoughnessSurface, Surface
 from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.separation import height_maps
 from fretsolve.system.arrays import DoubleArray
@@ -33,6 +36,10 @@ ADVISED_GROWTH = 3.75
 FACET_CELLS, ADVISED_FACET_CELLS = 2.2, 2.5
 """Cells per spacing that resolve any map: 4.4 for its shortest wave, of two spacings. Those that are advised."""
 
+CELLS_PER_WAVE, MOST_PROFILE_POINTS = 10.0, 4096
+"""Cells in the shortest wave, where it is known, that resolve it: they see 98 % of its slope. Its profiles have as many
+points in it, up to so many in all."""
+
 LARGEST_FLATTENING, LOAD_UNKNOWN = 0.01, 1e-4
 """Flattening pressure, over the mean pressure on the grid's area, up to which it does not matter; and what stands for
 that mean pressure, over E*, where no force is imposed."""
@@ -46,13 +53,15 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True)
 class HeightProfiles:
-    """Profiles of a height map on a grid's area.
+    """Profiles of a height map, or of a rough surface by its spectrum, on a grid's area.
 
-    along: x and y, arrays (points, profiles) in mm, NaN in holes; spacing: of the points, mm.
+    along: x and y, arrays (points, profiles) in mm, NaN in holes; spacing: of the points, mm; shortest: the shortest
+    wave (mm) of a spectrum, 0 of a map.
     """
 
     along: tuple[DoubleArray, DoubleArray]
     spacing: Pair
+    shortest: float = 0.0
 
     def slope(self, axis: int) -> float:
         """Return the root mean square slope between neighbours along `axis`, 0 if no neighbours are known."""
@@ -75,23 +84,27 @@ class HeightProfiles:
         missed = _missed(heights, between)
         if missed <= negligible or len(heights) <= 2 * between:
             return 0.0
+        if self.shortest:
+            return 0.0 if self.shortest >= CELLS_PER_WAVE * side * (1.0 - 1e-9) else missed
         return 0.0 if _missed(heights, 2 * between) >= growth * missed else missed
 
     def ridge(self, axis: int, side: float) -> float:
         """Return the largest angle (rad) of a ridge along `axis` between facets longer than cells of `side` (mm)."""
-        if self.spacing[axis] <= side:
+        if self.spacing[axis] <= side or self.shortest:
             return 0.0
         angles = np.diff(self.along[axis], 2, axis=0) / self.spacing[axis]
         return float(np.max(angles, where=np.isfinite(angles), initial=0.0))
 
     def most_points(self, axis: int, size: float) -> int:
         """Return the points on `size` (mm) that resolve any wave of the map."""
+        if self.shortest:
+            return math.ceil(CELLS_PER_WAVE * size / self.shortest - 1e-9)
         return math.ceil(ADVISED_FACET_CELLS * size / self.spacing[axis])
 
 
 @dataclass(frozen=True)
 class HeightMaps:
-    """All height maps of a case on the area of a grid, by their profiles.
+    """All height maps and rough surfaces of a case on the area of a grid, by their profiles.
 
     contact_modulus: E*; load: the pressure (MPa) that flattening pressures are measured against.
     """
@@ -110,9 +123,10 @@ class HeightMaps:
         contact_modulus: float,
     ) -> HeightMaps:
         """Read the maps; loads: imposed at the ends of stages. Raises FileError or CaseError for a wrong map."""
-        found = tuple(_profiles(height_map, place, center, size) for place, height_map in height_maps(surfaces))
+        found = [_profiles(height_map, place, center, size) for place, height_map in height_maps(surfaces)]
+        found += [_profiles_of_waves(one, center, size) for one in surfaces if one.kind == "roughness"]
         forces = [load["P"] / math.prod(size) for load in loads if "P" in load]
-        return cls(found, contact_modulus, max(forces, default=LOAD_UNKNOWN * contact_modulus))
+        return cls(tuple(found), contact_modulus, max(forces, default=LOAD_UNKNOWN * contact_modulus))
 
     def slope(self) -> float:
         """Return the largest root mean square slope of a map along an axis, on the grid's area."""
@@ -171,6 +185,22 @@ def _profiles(height_map: HeightMap, place: Pair, center: Pair, size: Pair) -> H
     nx, ny = part.shape
     along_x, along_y = part[:, :: max(ny // 128, 1)], part[:: max(nx // 128, 1)].T  # about 128 profiles along each
     return HeightProfiles((along_x.copy(), along_y.copy()), height_map.spacing)
+
+
+def _profiles_of_waves(surface: RoughnessSurface, center: Pair, size: Pair) -> HeightProfiles:
+    """Return profiles of a rough surface by its spectrum, along x and, unless it is of a line contact, along y."""
+    from fretsolve.problem.surface.roughness import waves_of  # few cases have one
+
+    waves, spacing = waves_of(surface), surface.cutoff / CELLS_PER_WAVE
+    place = center[0] - surface.center[0], center[1] - surface.center[1]
+    reach = [0.5 * min(side, surface.period, MOST_PROFILE_POINTS * spacing) for side in size]
+    long = [middle + np.arange(-half, half, spacing) for middle, half in zip(place, reach, strict=True)]
+    few = [middle + np.linspace(-half, half, 64) for middle, half in zip(place, reach, strict=True)]
+    if surface.of_line:
+        along = waves.heights(long[0], np.zeros(1)), np.zeros((1, 1))
+    else:
+        along = waves.heights(long[0], few[1]), waves.heights(few[0], long[1]).T
+    return HeightProfiles(along, (spacing, spacing), surface.cutoff)
 
 
 def _missed(heights: DoubleArray, between: int) -> float:

@@ -54,6 +54,10 @@ def separation(surfaces: Sequence[Surface], x: DoubleArray, y: DoubleArray) -> D
                 from fretsolve.problem.surface.load_map import height_map_separation  # other surfaces do not need it
 
                 total += height_map_separation(surface, from_x, from_y, ("surface", index, "heights"))
+            case "roughness":
+                from fretsolve.problem.surface.roughness import waves_of  # other surfaces do not need it
+
+                total += waves_of(surface).heights(from_x, from_y)
     return total
 
 
@@ -78,11 +82,17 @@ def map_spans(surfaces: Sequence[Surface]) -> list[tuple[float, float]]:
 
 def height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, float], HeightMap]]:
     """Read the height maps among the surfaces; yield their centres (mm) with them."""
+    for place, height_map in placed_maps(surfaces):
+        yield surfaces[place].center, height_map
+
+
+def placed_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[int, HeightMap]]:
+    """Read the height maps among the surfaces; yield their places among these with them."""
     for index, surface in enumerate(surfaces):
         if surface.kind == "heights":
             from fretsolve.problem.surface.load_map import load_height_map  # other surfaces do not need it
 
-            yield surface.center, load_height_map(surface, ("surface", index, "heights"))
+            yield index, load_height_map(surface, ("surface", index, "heights"))
 
 
 def _add_paraboloid(
