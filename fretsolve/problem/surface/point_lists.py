@@ -102,20 +102,35 @@ def _places(values: DoubleArray, name: str, numbers: NDArray[np.intp]) -> tuple[
     gaps = np.diff(ordered)
     sizes = np.sort(np.append(np.maximum(gaps, LEAST_NOISE * gaps.max()), LEAST_NOISE * gaps.max()))
     limits = sizes[1:][np.argsort(sizes[:-1] / sizes[1:], kind="stable")[:MOST_LIMITS]]
-    first: ValueError | None = None
+    least, reason = len(values) + 1, ""
     for limit in limits:
-        try:
-            return _places_by(limit, ordered, values, name, numbers)
-        except ValueError as error:
-            first = first or error
-    assert first is not None
-    raise first
+        place, rows, step = _along_line(limit, ordered, values)
+        off = np.abs(place - np.round(place))
+        astray = int(np.count_nonzero(off > MOST_OFFSET))
+        found = (np.round(place) - np.round(place.min())).astype(np.intp)
+        lines = int(found.max()) + 1
+        bare = lines - np.unique(found).size
+        if astray == 0 and bare <= MOST_BARE_LINES * lines:
+            return found, lines, step
+        if astray < least:
+            worst, least = int(off.argmax()), astray
+            reason = (
+                f"{bare} of {lines} lines along {name}, {step:.4g} apart, have no point; are the coordinates rounded too"
+                " coarsely?"
+            )
+            if astray:
+                reason = (
+                    f"the {name} of point {numbers[worst] + 1}, {values[worst]:g}, is {off[worst]:.2f} of a step off a"
+                    f" regular line of {rows} places, {step:.4g} apart"
+                )
+    raise ValueError(reason)
 
 
-def _places_by(
-    limit: float, ordered: DoubleArray, values: DoubleArray, name: str, numbers: NDArray[np.intp]
-) -> tuple[NDArray[np.intp], int, float]:
-    """Return what `_places` does, where coordinates less than `limit` apart belong to one row."""
+def _along_line(limit: float, ordered: DoubleArray, values: DoubleArray) -> tuple[DoubleArray, int, float]:
+    """Return coordinates in steps of the even line that fits best, the number of rows on it, and the step.
+
+    Successive coordinates less than `limit` apart belong to one row.
+    """
     starts = np.concatenate([[0], np.flatnonzero(np.diff(ordered) >= limit) + 1])
     weights = np.diff(np.append(starts, len(ordered)))
     middles = np.add.reduceat(ordered, starts) / weights
@@ -127,20 +142,4 @@ def _places_by(
         mean, center = np.average(index, weights=weights), np.average(middles, weights=weights)
         step = float(weights @ ((index - mean) * (middles - center)) / (weights @ (index - mean) ** 2))
         index = np.round((middles - middles[0]) / step)
-    place = (values - np.average(middles - step * index, weights=weights)) / step
-    off = np.abs(place - np.round(place))
-    worst = int(off.argmax())
-    if off[worst] > MOST_OFFSET:
-        raise ValueError(
-            f"the {name} of point {numbers[worst] + 1}, {values[worst]:g}, is {off[worst]:.2f} of a step off a regular"
-            f" line of {len(middles)} places, {step:.4g} apart"
-        )
-    found = (np.round(place) - np.round(place.min())).astype(np.intp)
-    lines = int(found.max()) + 1
-    bare = lines - np.unique(found).size
-    if bare > MOST_BARE_LINES * lines:
-        raise ValueError(
-            f"{bare} of {lines} lines along {name}, {step:.4g} apart, have no point; are the coordinates rounded too"
-            " coarsely?"
-        )
-    return found, lines, step
+    return (values - np.average(middles - step * index, weights=weights)) / step, len(middles), step

@@ -22,7 +22,7 @@ _ALONG_X = {
 }
 _CALIBRATION = ("xy calibration", "xy justierung", "xy캘리브레이션")
 _NAMES = {
-    "step": ("spacing", "step", "pitch", "pixel size", "pixelsize", "pixel spacing", "point spacing", *_CALIBRATION),
+    "step": ("spacing", "pitch", "pixel size", "pixelsize", "pixel spacing", "point spacing", *_CALIBRATION),
     **_ALONG_X,
     **{
         fact.replace("x", "y"): tuple(re.sub(r"(?<![a-z])(d|size|pixels)?x\b", r"\1y", name) for name in names)
@@ -103,10 +103,11 @@ class Header:
         return found[0][0] if found else None
 
 
-def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int) -> Header:
+def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, listed: bool) -> Header:
     """Return what the first lines of a file say of a map of so many points along x and y.
 
-    columns: fields of a line of numbers. Raises ValueError where lines contradict one another, or a unit is no length.
+    columns: fields of a line of numbers. listed: whether the points have coordinates, whose unit need not be the one of
+    lengths in the header. Raises ValueError where lines contradict one another, or a unit is no length.
     """
     said = _said(lines, columns)
     units = {fact: _stated_unit(*said[fact], fact) for fact in ("z unit", "xy unit", "unit") if fact in said}
@@ -132,7 +133,7 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int) -> H
             ):
                 continue
             lengths[f"{kind} {axis}"] = (number, own or xy_unit, line)
-    known = xy_unit or next((own for _, own, _ in lengths.values() if own), None)
+    known = xy_unit if listed else xy_unit or next((own for _, own, _ in lengths.values() if own), None)
     return Header(unit, known, lengths, counts)
 
 
@@ -157,7 +158,7 @@ def _said(lines: Sequence[str], columns: int) -> dict[str, tuple[str, int]]:
     for number, line in enumerate(lines, 1):
         for fact, value in [*_pairs(line), *_headings(line, columns)]:
             first = said.setdefault(fact, (value, number))
-            if _mended(first[0]).lower() != _mended(value).lower():
+            if (_unit(first[0]) or first[0].strip().lower()) != (_unit(value) or value.strip().lower()):
                 raise ValueError(
                     f"line {first[1]} gives {shown(first[0])} as its {fact}, line {number} {shown(value)}; remove the"
                     " wrong line"

@@ -76,7 +76,7 @@ def _map(table: DoubleArray, layout: Layout, *, line: bool) -> RawMap:
         lost = int(np.count_nonzero(~np.isfinite(values)))
         remark = f"{lost} of {values.size} points are lost: holes" if lost else None
     shape = (values.shape[0], values.shape[1])
-    header = read_header(layout.header, shape, table.shape[1])
+    header = read_header(layout.header, shape, table.shape[1], listed=of_points is not None)
     return _with_header(values, header, header.spacing(shape, of_points), remark)
 
 
@@ -90,7 +90,7 @@ def _profile(table: DoubleArray, layout: Layout) -> RawMap:
         values = table[:, 0]
     lost = int(np.count_nonzero(~np.isfinite(table[:, -1])))
     remarks = [remark, f"{lost} of {len(table)} points are lost: holes" if lost else None]
-    header = read_header(layout.header, (len(values), 1), table.shape[1])
+    header = read_header(layout.header, (len(values), 1), table.shape[1], listed=of_points is not None)
     return _with_header(values, header, header.spacing((len(values), 1), of_points), *remarks)
 
 

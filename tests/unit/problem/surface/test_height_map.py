@@ -80,45 +80,10 @@ class TestFiles:
         for read in (source(tmp_path / "one.npz"), source(tmp_path / "two.npz", dataset="height")):
             np.testing.assert_array_equal(load_height_map(read, KEY).values, VALUES)
 
-    @pytest.mark.parametrize(
-        "text",
-        [
-            "0 1 2 3\n10 11 12 13\n20 21 22 23\n",
-            "# scan, 2 um\n\n0, 1, 2, 3\n10, 11, 12, 13\n20, 21, 22, 23",
-            "\ufeff0;1;2;3\r\n10;11;12;13\r\n20;21;22;23\r\n",
-            "0\t1\t2\t3 # row along y\n10\t11\t12\t13\n20\t21\t22\t23\n",
-        ],
-    )
-    def test_text_matrix_has_its_rows_along_x(self, tmp_path, text):
-        file = tmp_path / "map.csv"
-        file.write_text(text, encoding="utf-8")
-        np.testing.assert_array_equal(load_height_map(source(file), KEY).values, VALUES)
-
-    def test_text_of_points_of_a_grid_in_any_order(self, tmp_path):
-        points = [(i * 2.0 + 5.0, j * 3.0 - 1.0, VALUES[i, j]) for i in range(3) for j in range(4)]
-        np.random.default_rng(4).shuffle(points)
-        np.savetxt(tmp_path / "map.xyz", points)
-        read = load_height_map(without_spacing(tmp_path / "map.xyz", unit="um"), KEY)
-        assert read.spacing == pytest.approx((0.002, 0.003), rel=1e-12)
-        np.testing.assert_allclose(read.values, VALUES * 1e-3, rtol=1e-12)
-
-    @pytest.mark.parametrize(
-        "rows", [np.arange(12.0).reshape(4, 3), np.zeros((4, 3)), [[0, 0, 1], [0, 1, 1], [1, 0, 1], [1, 0, 2]]]
-    )
-    def test_three_columns_that_list_no_grid_are_a_matrix(self, tmp_path, rows):
-        np.savetxt(tmp_path / "map.txt", rows)
-        np.testing.assert_array_equal(load_height_map(source(tmp_path / "map.txt"), KEY).values, rows)
-
     def test_unit_and_inversion(self, tmp_path):
         np.save(tmp_path / "map.npy", VALUES)
         read = load_height_map(source(tmp_path / "map.npy", unit="um", invert=True), KEY)
         np.testing.assert_allclose(read.values, -1e-3 * VALUES, rtol=1e-15)
-
-    def test_what_is_not_finite_is_a_hole(self, tmp_path):
-        file = tmp_path / "map.txt"
-        file.write_text("0 nan 2\n-inf 4 inf\n")
-        read = load_height_map(source(file), KEY)
-        np.testing.assert_array_equal(read.values, [[0, np.nan, 2], [np.nan, 4, np.nan]])
 
 
 class TestFaults:
@@ -185,11 +150,6 @@ class TestFaults:
             ("map.npy", b"no array", "it is not a NumPy file of numbers, or it is cut short or damaged$"),
             ("map.npy", b"", "cannot be read"),
             ("map.npz", b"PK\x03\x04 cut", "cannot be read"),
-            ("map.txt", b"", "it holds no numbers"),
-            ("map.txt", b"# only a comment\n", "it holds no numbers"),
-            ("map.txt", b"height\n1 2\n", "could not convert string 'height'"),
-            ("map.txt", b"1 2\n3\n", "cannot be read"),
-            ("map.txt", b"\xff\xfe\x00", "cannot be read"),
         ],
     )
     def test_unreadable_file(self, tmp_path, name, content, text):
