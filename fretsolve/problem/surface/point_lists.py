@@ -115,8 +115,8 @@ def _places(values: DoubleArray, name: str, numbers: NDArray[np.intp]) -> tuple[
         if astray < least:
             worst, least = int(off.argmax()), astray
             reason = (
-                f"{bare} of {lines} lines along {name}, {step:.4g} apart, have no point; are the coordinates rounded too"
-                " coarsely?"
+                f"{bare} of {lines} lines along {name}, {step:.4g} apart, have no point; are the coordinates rounded"
+                " too coarsely?"
             )
             if astray:
                 reason = (
