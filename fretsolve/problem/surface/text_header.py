@@ -22,7 +22,16 @@ _ALONG_X = {
 }
 _CALIBRATION = ("xy calibration", "xy justierung", "xy캘리브레이션")
 _NAMES = {
-    "step": ("spacing", "pitch", "pixel size", "pixelsize", "pixel spacing", "point spacing", *_CALIBRATION),
+    "step": (
+        "spacing",
+        "pitch",
+        "pixel size",
+        "pixelsize",
+        "pixel spacing",
+        "point spacing",
+        *_CALIBRATION,
+        "cellsize",
+    ),
     **_ALONG_X,
     **{
         fact.replace("x", "y"): tuple(re.sub(r"(?<![a-z])(d|size|pixels)?x\b", r"\1y", name) for name in names)
@@ -32,12 +41,13 @@ _NAMES = {
     "unit": ("unit", "units", "einheit", "einheiten"),
     "nm per count": ("bit2nm",),
     "format": ("file format",),
+    "lost": ("nodata value", "nodata", "no data value", "void value", "bad value", "invalid value", "fill value"),
 }
 _FACTS = {name: fact for fact, names in _NAMES.items() for name in names} | {
     **dict.fromkeys(("width", "breite", "幅"), "size x"),
     **dict.fromkeys(("height", "höhe", "高さ"), "size y"),
-    **dict.fromkeys(("horizontal", "horizont", "가로", "columns"), "count x"),
-    **dict.fromkeys(("vertical", "vertikal", "세로", "rows"), "count y"),
+    **dict.fromkeys(("horizontal", "horizont", "가로", "columns", "ncols"), "count x"),
+    **dict.fromkeys(("vertical", "vertikal", "세로", "rows", "nrows"), "count y"),
 }
 _VALUE_UNIT = re.compile(
     r"(?=.*(?:unit|einheit|unidad|単位))(?=.*(?:value|wert|valeur|valor|値|height|höhe|\bz\b|\bzunit))", re.DOTALL
@@ -137,6 +147,13 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, l
     return Header(unit, known, lengths, counts)
 
 
+def lost_number(lines: Sequence[str]) -> float | None:
+    """Return the number that stands for lost points, if a header names one."""
+    text, _ = _said(lines, 0).get("lost", ("", 0))
+    found = _NUMBER.fullmatch(text)
+    return None if found is None else _decimal(found[1])
+
+
 def unquoted(line: str) -> str:
     """Return a line without quotation marks; commas between quoted fields become semicolons."""
     if '"' not in line:
@@ -173,8 +190,11 @@ def _pairs(line: str) -> list[tuple[str, str]]:
     if match is not None:
         name, value = match[1], match[2]
     else:
-        name, *rest = re.split(r"[;\t]" if re.search(r"[;\t]", text) else ",", text)
+        mark = next((mark for mark in (";", "\t", ",") if mark in text), None)
+        name, *rest = text.split(mark) if text else [""]
         value = " ".join(part.strip() for part in rest[:2])
+        if mark is None and not _NUMBER.fullmatch(value):
+            return []
     own = _NAMED_UNIT.fullmatch(name)
     if own is not None and _unit(own[2]) is not None:
         name, value = own[1], f"{value} {own[2]}"
@@ -184,7 +204,10 @@ def _pairs(line: str) -> list[tuple[str, str]]:
 
 
 def _headings(line: str, columns: int) -> list[tuple[str, str]]:
-    """Return the units in the headings of the columns, `x [mm]` or `x/mm`; raises ValueError at columns in disorder."""
+    """Return the units in the headings of the columns, `x [mm]` or `x/mm`, or alone in a line below them.
+
+    Raises ValueError where the columns are in another order.
+    """
     text = unquoted(line).lstrip("#% \t").rstrip("\r\n;,\t ")
     separated = re.split(r"[;,\t]", text) if re.search(r"[;,\t]", text) else _BRACKETED.findall(text) or text.split()
     found = [_NAMED_UNIT.fullmatch(part) for part in separated]
@@ -198,6 +221,8 @@ def _headings(line: str, columns: int) -> list[tuple[str, str]]:
             raise ValueError(f"its columns are {', '.join(names)}; {', '.join(wanted)} in this order are needed")
     else:
         return []
+    if all(_unit(part) is not None for part in separated):
+        return list(zip(facts, separated, strict=True))
     return [(fact, own[2]) for fact, own in zip(facts, found, strict=True) if own and _unit(own[2]) is not None]
 
 

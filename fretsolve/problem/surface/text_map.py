@@ -20,7 +20,7 @@ from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.case.quantities import shown
 from fretsolve.problem.surface.point_lists import evened, gridded
 from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, RawMap
-from fretsolve.problem.surface.text_header import Header, read_header, unquoted
+from fretsolve.problem.surface.text_header import Header, lost_number, read_header, unquoted
 from fretsolve.system.arrays import DoubleArray
 
 LONGEST_LINE = 2**24
@@ -39,6 +39,8 @@ _NO_DATA = re.compile(r"\bno\s+data\b", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMA_NUMBER = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
 _COMMENT = re.compile(r"(?:^|(?<=[\s;,]))#(?!n/?a\b).*", re.IGNORECASE | re.DOTALL)
+_LINE_END = "\r\n\x1a"
+"""The last sign ends files of DOS."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ def read_text(file: Path, *, line: bool) -> RawMap:
         table, commas = _table(_lines_of(file, encoding), layout)
     except UnicodeDecodeError:
         raise ValueError(f"it is cut short, or no {encoding} text") from None
+    table[table == lost_number(layout.header)] = np.nan
     raw = _profile(table, layout) if line and table.shape[1] <= 2 else _map(table, layout, line=line)
     remarks = (*raw.remarks, *(["decimal commas"] if commas else []))
     return RawMap(raw.values, raw.spacing, raw.unit, raw.xy_unit, remarks)
@@ -201,7 +204,7 @@ def _plain(line: str) -> str:
     """Return a line without comment, quotation marks and line end."""
     if "#" in line:
         line = _COMMENT.sub("", line)
-    return unquoted(line).rstrip("\r\n")
+    return unquoted(line).rstrip(_LINE_END)
 
 
 def _fields(text: str, separator: str | None) -> list[str]:
@@ -231,7 +234,7 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
     most = MOST_HEIGHTS // columns * columns
     commas = points = last_used = False
     for number, line in enumerate(itertools.islice(lines, len(layout.header), None), len(layout.header) + 1):
-        text = _plain(line) if "#" in line or '"' in line else line.rstrip("\r\n")
+        text = _plain(line) if "#" in line or '"' in line else line.rstrip(_LINE_END)
         fields = _fields(text, separator)
         if not fields:
             continue
@@ -256,11 +259,14 @@ def _numbers(fields: list[str], line: int) -> list[float]:
     """Return the numbers of a line, NaN for lost points."""
     try:
         numbers = [float(field) for field in fields]
-        if not any("_" in field for field in fields):
+        if math.inf not in map(abs, numbers) and not any("_" in field for field in fields):
             return numbers
     except ValueError:
         pass
     wrong = next((field for field in fields if not _is_number(field) and not _is_lost(field)), None)
     if wrong is not None:
         raise _not_a_number(wrong, line)
-    return [float(field) if _is_number(field) else math.nan for field in fields]
+    numbers = [float(field) if _is_number(field) else math.nan for field in fields]
+    if math.inf in map(abs, numbers):
+        raise ValueError(f"line {line} holds a number of no possible height")
+    return numbers

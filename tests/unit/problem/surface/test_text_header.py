@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fretsolve.problem.surface.raw_map import RawMap
@@ -96,6 +97,7 @@ class TestFormats:
             ("# SPACING: 0.5 µm/pixel", [0.5, 0.5]),
             ("spacing;0,5;um", [0.5, 0.5]),
             ("spacing,0.5,um", [0.5, 0.5]),
+            ("spacing 0.5 um", [0.5, 0.5]),
             ("xy unit: um\nx spacing: 0.5\ny spacing: 0.4", [0.5, 0.4]),
             ("xy unit: um\nWidth: 2\nHeight: 1", [0.5, 0.5]),
         ],
@@ -113,6 +115,12 @@ class TestFormats:
         found = read(f"spacing: 2\n{ROWS}")
         assert (found.spacing, found.xy_unit, found.unit) == ((2.0, 2.0), None, None)
 
+    def test_number_for_lost_points(self, read):
+        found = read("ncols 4\nnrows 2\ncellsize 2.0\nNODATA_value -9999\n1 2 3 4\n5 -9999 7 8\n")
+        assert found.remarks == ("1 of 8 points are lost: holes",)
+        assert np.isnan(found.values[1, 0])
+        assert found.spacing == (2.0, 2.0)
+
     def test_profile(self, read):
         found = read("Height [nm]\nspacing: 1 um\n1\n2\n4\n", line=True)
         assert (in_um(found), found.unit) == (pytest.approx([1.0]), pytest.approx(1e-6))
@@ -121,7 +129,13 @@ class TestFormats:
 class TestHeadings:
     @pytest.mark.parametrize(
         "headings",
-        ["X [mm];Y [mm];Z [µm]", "x (mm) y (mm) z (um)", "X/mm\tY/mm\tZ/um", "# x [mm], y [mm], height [um]"],
+        [
+            "X [mm];Y [mm];Z [µm]",
+            "x (mm) y (mm) z (um)",
+            "X/mm\tY/mm\tZ/um",
+            "# x [mm], y [mm], height [um]",
+            "X;Y;Z\nmm;mm;µm",
+        ],
     )
     def test_units_of_columns(self, read, headings):
         found = read(f"{headings}\n0 0 1\n1 0 2\n0 2 3\n1 2 4\n")

@@ -46,6 +46,7 @@ class TestMatrix:
             "0,0\t1,0\t2\t3\n10\t11\t12\t13\n20\t21\t22\t23",
             "0,0 1,0 2 3\n10 11 12 13\n20 21 22 23",
             '"0,0","1,0","2","3"\n"10","11","12","13"\n"20","21","22","23,0"\n',
+            "0 1 2 3\r\n10 11 12 13\r\n20 21 22 23\r\n\x1a",
             "Scan of a specimen\nby hand, on Monday\n0 1 2 3\n10 11 12 13\n20 21 22 23\n",
         ],
     )
@@ -147,6 +148,7 @@ class TestFaults:
             ("1 2 3O 4\n1 2 3 4\n1 2 3 4\n", "line 1 holds '3O', which is no number"),
             ("1 2 3 4\n1 2 1_0 4\n", "line 2 holds '1_0', which is no number"),
             ("# c\n1 2 3 4\n\n1 2 3\n", "line 4 has 3 columns, the lines above have 4; all need as many"),
+            ("1 2 3 4\n1 2 1e400 4\n", "line 2 holds a number of no possible height"),
             ("4 2\n1 2 3 4\n1 2 3 4\n", "line 2 has 4 columns, the lines above have 2"),
             (
                 "1;2;3;4\n1,5;2;3;4\n1.5;2;3;4\n",
