@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE
 from fretsolve.problem.surface.raw_map import MOST_HEIGHTS
 from fretsolve.system.arrays import DoubleArray
 
@@ -83,6 +84,9 @@ def evened(points: DoubleArray) -> tuple[DoubleArray, float, str | None]:
 def _located(points: DoubleArray, what: str) -> NDArray[np.intp]:
     """Return the indices of the points that have coordinates; raises ValueError where one has a height but no place."""
     located = np.isfinite(points[:, :-1]).all(axis=1)
+    far = np.flatnonzero(located & (np.abs(points[:, :-1]) > LARGEST_MAGNITUDE).any(axis=1))
+    if far.size:
+        raise ValueError(f"its point {far[0] + 1} has no possible {what}")
     stray = np.flatnonzero(~located & np.isfinite(points[:, -1]))
     if stray.size:
         raise ValueError(f"its point {stray[0] + 1} has a height, but its {what} is lost")
@@ -95,7 +99,7 @@ def _places(values: DoubleArray, name: str, numbers: NDArray[np.intp]) -> tuple[
     numbers: of the points in the file, from 0, for messages. Raises ValueError if a coordinate is off the line.
     """
     ordered = np.sort(values)
-    if not ordered.size or ordered[-1] == ordered[0]:
+    if not ordered.size or ordered[-1] - ordered[0] < LEAST_MAGNITUDE:
         raise ValueError(f"all have the same {name}" if ordered.size else "all are lost")
     # Coordinates of a row differ by rounding or noise, less than those of two rows; a large ratio of successive sizes
     # of the gaps may part the two. The likeliest limit whose rows make an even line is taken.

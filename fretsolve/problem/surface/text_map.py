@@ -60,7 +60,8 @@ def read_text(file: Path, *, line: bool) -> RawMap:
         table, commas = _table(_lines_of(file, encoding), layout)
     except UnicodeDecodeError:
         raise ValueError(f"it is cut short, or no {encoding} text") from None
-    table[table == lost_number(layout.header)] = np.nan
+    if (lost := lost_number(layout.header)) is not None:
+        table[table == lost] = np.nan
     raw = _profile(table, layout) if line and table.shape[1] <= 2 else _map(table, layout, line=line)
     remarks = (*raw.remarks, *(["decimal commas"] if commas else []))
     return RawMap(raw.values, raw.spacing, raw.unit, raw.xy_unit, remarks)

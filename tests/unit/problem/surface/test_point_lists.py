@@ -78,6 +78,7 @@ class TestGrid:
         assert "they are 170, less than half" in refusal(points[np.arange(510) % 3 == 0])
 
     def test_a_height_needs_a_place(self):
+        assert refusal([[0, 0, 1], [1e300, 0, 2], [0, 1, 3]]) == "its point 2 has no possible x or y"
         assert refusal([[0, 0, 1], [np.nan, 0, 2], [0, 1, 3]]) == "its point 2 has a height, but its x or y is lost"
 
 
