@@ -1,65 +1,273 @@
-"""Read heights from text: a matrix, or points x y z of a regular grid."""
+"""Read heights from text as instruments write it: a matrix, points x y z of a grid, or a profile.
+
+A line of a matrix holds the heights along x at one y; the first line is the top, where y is largest.
+"""
 
 from __future__ import annotations
 
+import codecs
 import itertools
-from collections.abc import Iterable, Iterator
+import math
+import re
+from array import array
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
+from fretsolve.case.dimensions import counted, in_small_unit
+from fretsolve.case.quantities import shown
+from fretsolve.problem.surface.point_lists import evened, gridded
 from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, RawMap
+from fretsolve.problem.surface.text_header import Header, lost_number, read_header, unquoted
 from fretsolve.system.arrays import DoubleArray
 
 LONGEST_LINE = 2**24
 """Characters of a line."""
 
+MOST_HEADER_LINES = 1000
+
+LOST = "nan, Bad, void, invalid, missing, null, none, NA, N/A, #N/A, No Data, ***, ---"
+"""Words for a lost point, as messages give them."""
+
+_LOST = re.compile(
+    r"[+-]?(?:nan(?:\(\w*\))?|inf(?:inity)?|1\.#\w+)|bad|void|invalid|missing|null|none|#?n/?a|no\s?data|\*+|-{1,3}",
+    re.IGNORECASE,
+)
+_NO_DATA = re.compile(r"\bno\s+data\b", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
+_COMMA_NUMBER = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?", re.ASCII)
+_COMMENT = re.compile(r"(?:^|(?<=[\s;,]))#(?!n/?a\b).*", re.IGNORECASE | re.DOTALL)
+_LINE_END = "\r\n\x1a"
+"""The last sign ends files of DOS."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a file is written. header: its first lines, without numbers. separator: of numbers, None for blanks."""
+
+    header: tuple[str, ...]
+    separator: str | None
+    columns: int
+
 
 def read_text(file: Path, *, line: bool) -> RawMap:
-    """Read a matrix, or points x, y, z (all in `unit`) of a regular grid."""
+    """Read a map, or with `line` a profile, as `Layout` tells. Raises ValueError with the line at fault."""
+    encoding = _encoding(file)
     try:
-        with file.open(encoding="utf-8-sig") as text:
-            lines = _lines_of(text)
-            first = next((line for line in lines if line.split("#")[0].strip()), None)
-            if first is None:
-                raise ValueError("it holds no numbers")
-            numbers = first.split("#")[0]
-            delimiter = next((mark for mark in ",;" if mark in numbers), None)
-            rows = MOST_HEIGHTS // len(numbers.split(delimiter))
-            values = np.loadtxt(_at_most(rows, itertools.chain([first], lines)), delimiter=delimiter, ndmin=2)
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{error.object[error.start : error.start + 1]!r} in it is not UTF-8 text") from None
-    return _gridded(values) or RawMap(values)
+        layout = _layout(_lines_of(file, encoding))
+        table, commas = _table(_lines_of(file, encoding), layout)
+    except UnicodeDecodeError:
+        raise ValueError(f"it is cut short, or no {encoding} text") from None
+    if (lost := lost_number(layout.header)) is not None:
+        table[table == lost] = np.nan
+    raw = _profile(table, layout) if line and table.shape[1] <= 2 else _map(table, layout, line=line)
+    remarks = (*raw.remarks, *(["decimal commas"] if commas else []))
+    return RawMap(raw.values, raw.spacing, raw.unit, raw.xy_unit, remarks)
 
 
-def _lines_of(text: TextIO) -> Iterator[str]:
-    """Yield the lines of a file. Raises ValueError at one that is too long for the memory that reading it takes."""
-    while line := text.readline(LONGEST_LINE + 1):
-        if len(line) > LONGEST_LINE:
-            raise ValueError(f"a line of it has more than {LONGEST_LINE} characters")
-        yield line
+def _map(table: DoubleArray, layout: Layout, *, line: bool) -> RawMap:
+    """Return the map of a matrix, or of points x y z."""
+    remark: str | None
+    of_points = None
+    if table.shape[1] == 2:
+        raise ValueError("its 2 columns are x and z of a profile, for plane: strain; a map has more columns, or x y z")
+    if table.shape[1] == 3 and not line:
+        values, of_points, remark = gridded(table)
+    else:
+        values = table[::-1].T
+        lost = int(np.count_nonzero(~np.isfinite(values)))
+        remark = f"{lost} of {values.size} points are lost: holes" if lost else None
+    shape = (values.shape[0], values.shape[1])
+    header = read_header(layout.header, shape, table.shape[1], listed=of_points is not None)
+    return _with_header(values, header, header.spacing(shape, of_points), remark)
 
 
-def _at_most(rows: int, lines: Iterable[str]) -> Iterator[str]:
-    """Yield up to so many `lines`; raises ValueError if there are more."""
-    for number, line in enumerate(lines):
-        if number >= rows:
+def _profile(table: DoubleArray, layout: Layout) -> RawMap:
+    """Return the profile of a column z, or of columns x and z."""
+    of_points, remark = None, None
+    if table.shape[1] == 2:
+        values, step, remark = evened(table)
+        of_points = (step,)
+    else:
+        values = table[:, 0]
+    lost = int(np.count_nonzero(~np.isfinite(table[:, -1])))
+    remarks = [remark, f"{lost} of {len(table)} points are lost: holes" if lost else None]
+    header = read_header(layout.header, (len(values), 1), table.shape[1], listed=of_points is not None)
+    return _with_header(values, header, header.spacing((len(values), 1), of_points), *remarks)
+
+
+def _with_header(
+    values: DoubleArray, header: Header, spacing: tuple[float, ...] | None, *remarks: str | None
+) -> RawMap:
+    """Return the map with what the header says of it, and remarks on that."""
+    said = [] if header.unit is None else [f"heights in units of {_unit_text(header.unit)}"]
+    if spacing is not None and header.xy_unit is not None:
+        said += [f"spacing {' x '.join(in_small_unit(header.xy_unit * step) for step in spacing)}"]
+    words = f"the file says: {', '.join(said)}" if said else None
+    told = tuple(remark for remark in (words, *remarks) if remark is not None)
+    return RawMap(values, spacing, header.unit, header.xy_unit, told)
+
+
+def _unit_text(unit: float) -> str:
+    return f"{1e-3 * unit:g} m" if unit >= 1e3 else in_small_unit(unit)
+
+
+def _encoding(file: Path) -> str:
+    """Return the encoding of a file; raises ValueError if it is no text."""
+    with file.open("rb") as stream:
+        head = stream.read(2**12)
+    if head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if head.startswith(codecs.BOM_UTF8):
+        return "utf-8-sig"
+    if 0 not in head:
+        return "utf-8"
+    even, odd = (head[start::2].count(0) for start in (0, 1))
+    if min(even, odd) > 0 or 4 * max(even, odd) < len(head):
+        raise ValueError("it is not text")
+    return "utf-16-be" if even else "utf-16-le"
+
+
+def _lines_of(file: Path, encoding: str) -> Iterator[str]:
+    """Yield the lines of a file. Raises ValueError at one that is too long for the memory that reading it takes.
+
+    A line that is not UTF-8 is read in the code page of Windows, whose programs write the micro sign so.
+    """
+    with file.open(encoding=encoding, errors="surrogateescape" if encoding.startswith("utf-8") else "strict") as text:
+        while line := text.readline(LONGEST_LINE + 1):
+            if len(line) > LONGEST_LINE:
+                raise ValueError(f"a line of it has more than {LONGEST_LINE} characters")
+            if not line.isascii() and any("\udc80" <= sign <= "\udcff" for sign in line):
+                line = line.encode("utf-8", "surrogateescape").decode("cp1252", "replace")
+            yield line
+
+
+def _layout(lines: Iterator[str]) -> Layout:
+    """Return how a file is written, from its lines up to the first ones with numbers."""
+    header: list[str] = []
+    for line in lines:
+        text = _plain(line)
+        separator = _separator(text)
+        fields = _fields(text, separator)
+        numbers = sum(_is_number(field) for field in fields)
+        if numbers and all(_is_number(field) or _is_lost(field) for field in fields):
+            break
+        if len(header) == MOST_HEADER_LINES:
+            raise ValueError(f"its first {MOST_HEADER_LINES} lines hold no numbers")
+        header.append(line[:1000])
+    else:
+        raise ValueError("it holds no numbers")
+    if separator == "," and len(fields) == 2 and _COMMA_NUMBER.fullmatch(text.strip()):
+        separator = _meaning_of_comma(text, lines, len(header) + 1)
+        fields = _fields(text, separator)
+    # Lines of lost points alone, right above, belong to the map; a line with a fault must not pass for a header.
+    while header and (above := _fields(_plain(header[-1]), separator)) and all(map(_is_lost, above)):
+        if len(above) != len(fields):
+            break
+        header.pop()
+    for number, line in enumerate(header, 1):
+        above = _fields(_plain(line), separator)
+        count = sum(map(_is_number, above))
+        if len(above) == len(fields) > 1 and (2 * count > len(above) or _is_number(above[0])):
+            wrong = next(field for field in above if not _is_number(field) and not _is_lost(field))
+            raise _not_a_number(wrong, number)
+    return Layout(tuple(header), separator, len(fields))
+
+
+def _separator(text: str) -> str | None:
+    """Return what separates the numbers of a line; None for blanks, between which a comma is a decimal mark."""
+    if ";" in text:
+        return ";"
+    if "\t" in text and not any(re.search(r"\S\s+\S", field) for field in text.split("\t")):
+        return "\t"
+    words = text.split()
+    decimal = all(_COMMA_NUMBER.fullmatch(word) or _is_lost(word) for word in words)
+    return "," if "," in text and not (decimal and len(words) > 1) else None
+
+
+def _meaning_of_comma(text: str, lines: Iterator[str], number: int) -> str | None:
+    """Return the separator of a file whose first line of numbers, of this line number, is of the form `1,5`."""
+    for line in lines:
+        plain = _plain(line).strip()
+        if "." in plain or (plain and _separator(plain) == "," and not _COMMA_NUMBER.fullmatch(plain)):
+            return ","
+        if plain and "," not in plain:
+            return None
+    raise ValueError(
+        f"{shown(text.strip())} in line {number} may be one number or two; write decimal points, or separate numbers by"
+        " semicolons"
+    )
+
+
+def _plain(line: str) -> str:
+    """Return a line without comment, quotation marks and line end."""
+    if "#" in line:
+        line = _COMMENT.sub("", line)
+    return unquoted(line).rstrip(_LINE_END)
+
+
+def _fields(text: str, separator: str | None) -> list[str]:
+    """Return the fields of a line without comment, decimal commas as points; none of a blank line."""
+    if separator != ",":
+        text = text.replace(",", ".")
+    if separator is None:
+        return (_NO_DATA.sub("nan", text) if "o" in text or "O" in text else text).split()
+    return text.split(separator) if text.strip() or (separator == "\t" and "\t" in text) else []
+
+
+def _is_number(field: str) -> bool:
+    return _NUMBER.fullmatch(field.strip()) is not None
+
+
+def _is_lost(field: str) -> bool:
+    return not field.strip() or _LOST.fullmatch(field.strip()) is not None
+
+
+def _not_a_number(field: str, line: int) -> ValueError:
+    return ValueError(f"line {line} holds {shown(field.strip())}, which is no number; a lost point is empty or {LOST}")
+
+
+def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
+    """Return the numbers (rows, columns), NaN for lost points, and whether they have decimal commas."""
+    heights, columns, separator = array("d"), layout.columns, layout.separator
+    most = MOST_HEIGHTS // columns * columns
+    commas = points = last_used = False
+    for number, line in enumerate(itertools.islice(lines, len(layout.header), None), len(layout.header) + 1):
+        text = _plain(line) if "#" in line or '"' in line else line.rstrip(_LINE_END)
+        fields = _fields(text, separator)
+        if not fields:
+            continue
+        if separator is not None and len(fields) == columns + 1 and not fields[-1].strip():
+            fields.pop()
+        if len(fields) != columns:
+            raise ValueError(
+                f"line {number} has {counted(len(fields), 'column')}, the lines above have {columns}; all need as many"
+            )
+        if len(heights) >= most:
             raise ValueError(f"it has more than {MOST_HEIGHTS} heights; give a part of it")
-        yield line
+        heights.extend(_numbers(fields, number))
+        last_used = last_used or bool(fields[-1].strip())
+        commas, points = commas or (separator != "," and "," in text), points or "." in text
+        if commas and points and separator != ",":
+            raise ValueError(f"line {number}: it has decimal commas as well as points; write one of the two")
+    table = np.frombuffer(heights).reshape(-1, columns)
+    return table if last_used else table[:, :-1], commas
 
 
-def _gridded(points: DoubleArray) -> RawMap | None:
-    """Return the map whose points x, y, z the rows list in any order; None if they are not a regular grid."""
-    if points.shape[1] != 3:
-        return None
-    x, column = np.unique(points[:, 0], return_inverse=True)
-    y, row = np.unique(points[:, 1], return_inverse=True)
-    if min(x.size, y.size) < 2 or x.size * y.size != len(points):
-        return None
-    values = np.full((x.size, y.size), np.inf)
-    values[column, row] = points[:, 2]
-    steps = [np.diff(axis) for axis in (x, y)]
-    if np.isposinf(values).any() or any(np.ptp(step) > 1e-3 * step.mean() for step in steps):
-        return None
-    return RawMap(values, tuple(float(step.mean()) for step in steps))
+def _numbers(fields: list[str], line: int) -> list[float]:
+    """Return the numbers of a line, NaN for lost points."""
+    try:
+        numbers = [float(field) for field in fields]
+        if math.inf not in map(abs, numbers) and not any("_" in field for field in fields):
+            return numbers
+    except ValueError:
+        pass
+    wrong = next((field for field in fields if not _is_number(field) and not _is_lost(field)), None)
+    if wrong is not None:
+        raise _not_a_number(wrong, line)
+    numbers = [float(field) if _is_number(field) else math.nan for field in fields]
+    if math.inf in map(abs, numbers):
+        raise ValueError(f"line {line} holds a number of no possible height")
+    return numbers
