@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from fretsolve.case.dimensions import in_small_unit
+from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.map_measures import measures_of
 
@@ -32,11 +32,12 @@ def map_lines(height_map: HeightMap, cell: float | None = None) -> Iterator[str]
     yield f"{points} points, spacing {spacing}, span {span}"
     extent, sa, sq = (in_small_unit(value, 4) for value in (found.height_range, found.sa, found.sq))
     yield f"range {extent}, Sa {sa}, Sq {sq} (less a plane), Sdq {found.sdq:.4g}"
-    tilts = [f"{tilt:.3g} along {name}" for name, tilt in zip("xy", found.tilt, strict=True)]
+    tilts = [f"{tilt:.3g} along {name}" for name, tilt in zip("xy", found.tilts, strict=False)]
     radius = "no curvature" if math.isinf(found.radius) else f"radius of the best sphere {found.radius:.4g} mm"
     yield f"tilt {' and '.join(tilts[:count])}; {radius}"
-    if found.lost:
-        yield f"{found.lost} lost points in {found.holes} holes, which count as no material"
+    if found.lost_points:
+        count_of = f"{counted(found.holes_inside, 'hole')} inside and {found.holes_at_rim} at the rim"
+        yield f"{counted(found.lost_points, 'lost point')} in {count_of}, where there is no material"
     if math.isfinite(found.shortest_wave):
         in_points = found.shortest_wave / max(found.spacing[:count])
         in_cells = "" if cell is None else f", {found.shortest_wave / cell:.3g} cells of the grid"

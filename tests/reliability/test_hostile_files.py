@@ -21,7 +21,7 @@ from small_cases import CASE, write_case
 
 from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
-from fretsolve.problem.model import height_map
+from fretsolve.problem.surface.files import text_map
 from fretsolve.result import HistoryWriter, parts
 from fretsolve.result.parts import parts_folder
 from fretsolve.system import files, hdf5_files
@@ -342,12 +342,12 @@ def heights_text(folder: Path, content: str) -> Path:
 
 
 def test_text_maps_of_too_many_heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(height_map, "MOST_HEIGHTS", 12)
+    monkeypatch.setattr(text_map, "MOST_HEIGHTS", 12)
     assert invoke("validate", heights_text(tmp_path, "# a comment\n1 2 3\n" + "1 2 3\n" * 3)).exit_code == 0
     assert "it has more than 12 heights; give a part of it" in refused(
         4, "validate", heights_text(tmp_path, "1 2 3\n" * 5)
     )
-    monkeypatch.setattr(height_map, "LONGEST_LINE", 100)
+    monkeypatch.setattr(text_map, "LONGEST_LINE", 100)
     line = refused(4, "validate", heights_text(tmp_path, "1 2\n" + "1 " * 60))
     assert "a line of it has more than 100 characters" in line
 

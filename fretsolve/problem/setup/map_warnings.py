@@ -15,7 +15,7 @@ from fretsolve.system.arrays import FloatArray, grown
 
 
 def about_maps(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of rough surfaces that are steep, have few points per wave, or are finer than the cells where that counts."""
+    """Warn of rough surfaces that are steep, have few points per wave, or are finer than the cells."""
     kinds = {surface.kind for surface in setup.case.surface}
     if not kinds & {"heights", "roughness"}:
         return

@@ -19,12 +19,12 @@ from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.keys.map_keys import HDF5_SUFFIXES, HeightsSurface, MapKeys
 from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
-from fretsolve.problem.surface.array_map import is_hdf5, read_hdf5, read_numpy
+from fretsolve.problem.surface.files.array_map import is_hdf5, read_hdf5, read_numpy
+from fretsolve.problem.surface.files.instrument_map import read_instrument
+from fretsolve.problem.surface.files.raw_map import NUMPY_SUFFIXES, TEXT_SUFFIXES, RawMap
+from fretsolve.problem.surface.files.text_map import read_text
 from fretsolve.problem.surface.height_map import HeightMap
-from fretsolve.problem.surface.instrument_map import read_instrument
 from fretsolve.problem.surface.map_steps import prepared
-from fretsolve.problem.surface.raw_map import NUMPY_SUFFIXES, TEXT_SUFFIXES, RawMap
-from fretsolve.problem.surface.text_map import read_text
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import require_regular
 

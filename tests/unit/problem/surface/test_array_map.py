@@ -12,9 +12,9 @@ import pytest
 from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.surface import array_map
-from fretsolve.problem.surface.array_map import read_hdf5, read_numpy
+from fretsolve.problem.surface.files.array_map import read_hdf5, read_numpy
+from fretsolve.problem.surface.files.raw_map import RawMap
 from fretsolve.problem.surface.load_map import load_height_map
-from fretsolve.problem.surface.raw_map import RawMap
 
 KEY = ("surface", 0, "heights", "dataset")
 VALUES = np.array([[0.0, 1.0, 2.0, 3.0], [10.0, 11.0, 12.0, 13.0], [20.0, 21.0, 22.0, 23.0]])

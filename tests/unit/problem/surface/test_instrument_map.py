@@ -12,8 +12,8 @@ import pytest
 
 from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.errors import CaseError, FileError
+from fretsolve.problem.surface.files.instrument_map import read_instrument
 from fretsolve.problem.surface.height_map import HeightMap
-from fretsolve.problem.surface.instrument_map import read_instrument
 from fretsolve.problem.surface.load_map import load_height_map
 
 KEY = ("surface", 0, "heights")
@@ -207,7 +207,7 @@ def test_library_warns_of_nothing(tmp_path, library):
     program = (
         "import sys\n"
         "from pathlib import Path\n"
-        "from fretsolve.problem.surface.instrument_map import read_instrument\n"
+        "from fretsolve.problem.surface.files.instrument_map import read_instrument\n"
         "print(read_instrument(Path(sys.argv[1]), None, ()).values.shape)\n"
     )
     line = [sys.executable, "-W", "error", "-c", program, str(file)]

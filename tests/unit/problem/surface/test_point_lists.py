@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from fretsolve.problem.surface.point_lists import evened, gridded
+from fretsolve.problem.surface.files.point_lists import evened, gridded
 
 RNG = np.random.default_rng(4)
 PLACES = np.stack(np.meshgrid(np.arange(30), np.arange(17), indexing="ij"), axis=-1).reshape(-1, 2)

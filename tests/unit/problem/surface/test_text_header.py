@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.problem.surface.raw_map import RawMap
-from fretsolve.problem.surface.text_map import read_text
+from fretsolve.problem.surface.files.raw_map import RawMap
+from fretsolve.problem.surface.files.text_map import read_text
 
 ROWS = "1 2 3 4\n5 6 7 8\n"
 KEYENCE = "\r\n".join(

@@ -8,9 +8,9 @@ import pytest
 from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.surface import text_map
+from fretsolve.problem.surface.files.raw_map import RawMap
+from fretsolve.problem.surface.files.text_map import read_text
 from fretsolve.problem.surface.load_map import load_height_map
-from fretsolve.problem.surface.raw_map import RawMap
-from fretsolve.problem.surface.text_map import read_text
 
 NAN = np.nan
 MATRIX = np.array([[20.0, 10.0, 0.0], [21.0, 11.0, 1.0], [22.0, 12.0, 2.0], [23.0, 13.0, 3.0]])

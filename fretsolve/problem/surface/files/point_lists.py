@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE
-from fretsolve.problem.surface.raw_map import MOST_HEIGHTS
+from fretsolve.problem.surface.files.raw_map import MOST_HEIGHTS
 from fretsolve.system.arrays import DoubleArray
 
 MOST_OFFSET = 0.25

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from fretsolve.case.quantities import shown, split_quantity
-from fretsolve.problem.surface.stated_units import length_unit
+from fretsolve.problem.surface.files.stated_units import length_unit
 from fretsolve.system.hdf5_files import require_own_data
 
 UNEVEN = 0.05

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.problem.surface.hdf5_notes import Attributes, Axis, axes_of, in_one_unit, is_scale, stated_spacing
-from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, RawMap
+from fretsolve.problem.surface.files.hdf5_notes import Attributes, Axis, axes_of, in_one_unit, is_scale, stated_spacing
+from fretsolve.problem.surface.files.raw_map import MOST_HEIGHTS, RawMap
 from fretsolve.system.hdf5_files import LARGEST_RATIO, dataset_names, open_hdf5, own_dataset, try_attributes
 
 MOST_BYTES = 16 * MOST_HEIGHTS

@@ -16,8 +16,8 @@ import numpy as np
 from fretsolve.case.keys.map_keys import HDF5_SUFFIXES
 from fretsolve.case.quantities import shown
 from fretsolve.errors import CaseError, KeyPath
-from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, NUMPY_SUFFIXES, TEXT_SUFFIXES, RawMap
-from fretsolve.problem.surface.stated_units import length_unit
+from fretsolve.problem.surface.files.raw_map import MOST_HEIGHTS, NUMPY_SUFFIXES, TEXT_SUFFIXES, RawMap
+from fretsolve.problem.surface.files.stated_units import length_unit
 from fretsolve.system.environment import how_to_install
 
 _NAMES = "al3d bcr datx di frt gwy lext mnt nc nms oir opd opdx os3d plu plux poir ps sdf sur tmd vk x3p zmg zon"

@@ -18,9 +18,9 @@ import numpy as np
 
 from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.case.quantities import shown
-from fretsolve.problem.surface.point_lists import evened, gridded
-from fretsolve.problem.surface.raw_map import MOST_HEIGHTS, RawMap
-from fretsolve.problem.surface.text_header import Header, lost_number, read_header, unquoted
+from fretsolve.problem.surface.files.point_lists import evened, gridded
+from fretsolve.problem.surface.files.raw_map import MOST_HEIGHTS, RawMap
+from fretsolve.problem.surface.files.text_header import Header, lost_number, read_header, unquoted
 from fretsolve.system.arrays import DoubleArray
 
 LONGEST_LINE = 2**24
