@@ -247,7 +247,7 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
             )
         if len(heights) >= most:
             raise ValueError(f"it has more than {MOST_HEIGHTS} heights; give a part of it")
-        heights.extend(_numbers(fields, number))
+        heights.extend(_numbers(fields, number, plain="_" not in text))
         last_used = last_used or bool(fields[-1].strip())
         commas, points = commas or (separator != "," and "," in text), points or "." in text
         if commas and points and separator != ",":
@@ -256,11 +256,11 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
     return table if last_used else table[:, :-1], commas
 
 
-def _numbers(fields: list[str], line: int) -> list[float]:
-    """Return the numbers of a line, NaN for lost points."""
+def _numbers(fields: list[str], line: int, *, plain: bool) -> list[float]:
+    """Return the numbers of a line, NaN for lost points; plain: whether no field has the underscores of Python."""
     try:
         numbers = [float(field) for field in fields]
-        if math.inf not in map(abs, numbers) and not any("_" in field for field in fields):
+        if plain and math.inf not in numbers and -math.inf not in numbers:
             return numbers
     except ValueError:
         pass
