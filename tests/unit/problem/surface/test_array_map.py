@@ -11,7 +11,7 @@ import pytest
 
 from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.errors import CaseError, FileError
-from fretsolve.problem.surface import array_map
+from fretsolve.problem.surface.files import array_map
 from fretsolve.problem.surface.files.array_map import read_hdf5, read_numpy
 from fretsolve.problem.surface.files.raw_map import RawMap
 from fretsolve.problem.surface.load_map import load_height_map

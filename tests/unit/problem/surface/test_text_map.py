@@ -7,7 +7,7 @@ import pytest
 
 from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.errors import CaseError, FileError
-from fretsolve.problem.surface import text_map
+from fretsolve.problem.surface.files import text_map
 from fretsolve.problem.surface.files.raw_map import RawMap
 from fretsolve.problem.surface.files.text_map import read_text
 from fretsolve.problem.surface.load_map import load_height_map
