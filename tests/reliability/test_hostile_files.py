@@ -249,7 +249,7 @@ def test_maps_in_nested_groups(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("command", "height"), [("validate", "1e308"), ("run", "-1e308"), ("validate", "1e50")])
 def test_maps_of_impossible_heights(tmp_path: Path, command: str, height: str) -> None:
-    (tmp_path / "map.txt").write_text(f"0 0 0\n0 {height} 0\n0 0 0\n")
+    (tmp_path / "map.txt").write_text(f"0 0 0 0\n0 {height} 0 0\n0 0 0 0\n")
     line = refused(2, command, heights_case(tmp_path, "map.txt"))
     assert f"holds a height of {abs(float(height)) / 1e3:.2g} mm, at most 1e+40 mm is possible; write nan for" in line
 
@@ -259,12 +259,15 @@ def test_steep_maps_are_named(tmp_path: Path) -> None:
     heights = (x[:, None] ** 2 + x**2) / 100.0
     case = heights_case(tmp_path, "map.txt")
     case.write_text(case.read_text().replace("points: 16", "points: 16, size: 10 um"))
-    for highest, warned in ((0.0, False), (-32768.0, True), (1e30, True), (np.nan, False)):
-        heights[0, 0] = highest
+    for lowest, warned in ((0.0, False), (-9.4, True), (np.nan, False)):
+        heights[:2, :2] = lowest
         np.savetxt(tmp_path / "map.txt", heights)
         result = invoke("validate", case)
         assert result.exit_code == 0
         assert ("hold for slopes small against 1; are unit and spacing right" in result.stderr) is warned
+    heights[0, 0] = -32768.0  # how programs write lost points
+    np.savetxt(tmp_path / "map.txt", heights)
+    assert "range over 32.7685 mm on a map of 10 um; give their unit" in refused(2, "validate", case)
 
 
 SECRET = np.arange(100.0, 142.0)
@@ -343,9 +346,9 @@ def heights_text(folder: Path, content: str) -> Path:
 
 def test_text_maps_of_too_many_heights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(text_map, "MOST_HEIGHTS", 12)
-    assert invoke("validate", heights_text(tmp_path, "# a comment\n1 2 3\n" + "1 2 3\n" * 3)).exit_code == 0
+    assert invoke("validate", heights_text(tmp_path, "# a comment\n" + "1 2 3 4\n" * 3)).exit_code == 0
     assert "it has more than 12 heights; give a part of it" in refused(
-        4, "validate", heights_text(tmp_path, "1 2 3\n" * 5)
+        4, "validate", heights_text(tmp_path, "1 2 3 4\n" * 4)
     )
     monkeypatch.setattr(text_map, "LONGEST_LINE", 100)
     line = refused(4, "validate", heights_text(tmp_path, "1 2\n" + "1 " * 60))
