@@ -56,6 +56,7 @@ _PAIR = re.compile(r"\s*([^:=：]{1,60}?)\s*[:=：]\s*(.*)")
 _NUMBER = re.compile(r"\s*([+-]?\d+(?:[.,]\d*)?(?:[eE][+-]?\d+)?)\s*(.*)")
 _PER_POINT = re.compile(r"\s*(?:/|\bper\b)\s*(?:pixel|px|point)s?\b", re.IGNORECASE)
 _NAMED_UNIT = re.compile(r"\s*([^\W\d_][^\[\](){}/]*?)\s*[\[(/]\s*([^\[\](){}]*?)\s*[\])]?\s*")
+_LAST_WORD = re.compile(r"\s*([^\W\d_].*?)\s+([^\W\d]+)\s*")
 _BRACKETED = re.compile(r"[^\[\](]+[\[(][^\])]*[\])]")
 _HEIGHTS = ("z", "height", "heights", "höhe", "höhen")
 
@@ -210,7 +211,7 @@ def _headings(line: str, columns: int) -> list[tuple[str, str]]:
     """
     text = unquoted(line).lstrip("#% \t").rstrip("\r\n;,\t ")
     separated = re.split(r"[;,\t]", text) if re.search(r"[;,\t]", text) else _BRACKETED.findall(text) or text.split()
-    found = [_NAMED_UNIT.fullmatch(part) for part in separated]
+    found = [_NAMED_UNIT.fullmatch(part) or _LAST_WORD.fullmatch(part) for part in separated]
     names = [(own[1] if own else part).strip().lower() for own, part in zip(found, separated, strict=True)]
     if len(names) == 1 and names[0] in _HEIGHTS:
         facts = ["z unit"]
@@ -254,8 +255,11 @@ def _stated_unit(text: str, line: int, fact: str) -> float | None:
 
 def _unit(text: str) -> float | None:
     """Return the mm of a unit, None where it is no length."""
+    word = _mended(text)
+    if not re.search(r"[^\W\d]", word):
+        return None
     try:
-        return to_internal(_mended(text), LENGTH, bare_unit=True) if re.search(r"[^\W\d]", text) else None
+        return to_internal(word if len(word) < 5 else word.lower(), LENGTH, bare_unit=True)
     except QuantityError:
         return None
 

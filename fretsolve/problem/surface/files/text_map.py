@@ -233,7 +233,7 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
     """Return the numbers (rows, columns), NaN for lost points, and whether they have decimal commas."""
     heights, columns, separator = array("d"), layout.columns, layout.separator
     most = MOST_HEIGHTS // columns * columns
-    commas = points = last_used = False
+    commas, points, used = False, False, 0
     for number, line in enumerate(itertools.islice(lines, len(layout.header), None), len(layout.header) + 1):
         text = _plain(line) if "#" in line or '"' in line else line.rstrip(_LINE_END)
         fields = _fields(text, separator)
@@ -248,12 +248,13 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
         if len(heights) >= most:
             raise ValueError(f"it has more than {MOST_HEIGHTS} heights; give a part of it")
         heights.extend(_numbers(fields, number, plain="_" not in text))
-        last_used = last_used or bool(fields[-1].strip())
+        used = max(used, next((n for n in range(columns, used, -1) if fields[n - 1].strip()), 0))
         commas, points = commas or (separator != "," and "," in text), points or "." in text
         if commas and points and separator != ",":
             raise ValueError(f"line {number}: it has decimal commas as well as points; write one of the two")
     table = np.frombuffer(heights).reshape(-1, columns)
-    return table if last_used else table[:, :-1], commas
+    # One separator may end the lines of a matrix, several those of a list; more empty columns are lost points.
+    return table[:, : used if used <= 3 else max(used, columns - 1)], commas
 
 
 def _numbers(fields: list[str], line: int, *, plain: bool) -> list[float]:

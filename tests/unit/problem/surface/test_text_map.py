@@ -127,6 +127,12 @@ class TestProfile:
         np.testing.assert_array_equal(found.values, [0.0, 0.5, 7.0])
         assert found.spacing == (1.0,)
 
+    def test_stylus_profiler(self, tmp_path):
+        text = "Scan Parameters\nStylus,Radius: 2.5 µm\nLength,1500.0 um\nScan Data\nLateral um,Raw Micrometer,\n"
+        found = read(tmp_path, text + "0.0,-0.25,,\n0.5,-0.5,,\n1.0,0.75,,\n", line=True)
+        np.testing.assert_array_equal(found.values, [-0.25, -0.5, 0.75])
+        assert (found.spacing, found.unit, found.xy_unit) == ((0.5,), pytest.approx(1e-3), pytest.approx(1e-3))
+
     def test_needs_a_line_contact(self, tmp_path):
         assert refusal(tmp_path, "1 2\n3 4\n") == (
             "its 2 columns are x and z of a profile, for plane: strain; a map has more columns, or x y z"
