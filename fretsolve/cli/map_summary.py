@@ -11,6 +11,9 @@ from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.map_measures import measures_of
 
+ROUND_OFF = 1e-9
+"""Share of the range of a map below which a tilt or the mean of a side counts as 0."""
+
 
 def map_lines(height_map: HeightMap, cell: float | None = None) -> Iterator[str]:
     """Yield what reading and preparing a map found and did, its size and roughness, and which side is where.
@@ -32,7 +35,11 @@ def map_lines(height_map: HeightMap, cell: float | None = None) -> Iterator[str]
     yield f"{points} points, spacing {spacing}, span {span}"
     extent, sa, sq = (in_small_unit(value, 4) for value in (found.height_range, found.sa, found.sq))
     yield f"range {extent}, Sa {sa}, Sq {sq} (less a plane), Sdq {found.sdq:.4g}"
-    tilts = [f"{tilt:.3g} along {name}" for name, tilt in zip("xy", found.tilts, strict=False)]
+    # what is next to nothing against the range is round-off
+    tilts = [
+        f"{tilt if abs(tilt * side) > ROUND_OFF * found.height_range else 0.0:.3g} along {name}"
+        for name, tilt, side in zip("xy", found.tilts, found.span, strict=False)
+    ]
     radius = "no curvature" if math.isinf(found.radius) else f"radius of the best sphere {found.radius:.4g} mm"
     yield f"tilt {' and '.join(tilts[:count])}; {radius}"
     if found.lost_points:
@@ -48,11 +55,13 @@ def map_lines(height_map: HeightMap, cell: float | None = None) -> Iterator[str]
 def _sides(height_map: HeightMap, count: int) -> Iterator[str]:
     """Yield the mean separation at each side of the map, less the mean of the map."""
     values = height_map.values - np.nanmean(height_map.values)
+    least = ROUND_OFF * float(np.nanmax(np.abs(values)))
     sides = []
     for axis, names in enumerate((("left, x < 0", "right, x > 0"), ("bottom, y < 0", "top, y > 0"))[:count]):
         half = range(values.shape[axis] // 2)
         parts = np.take(values, half, axis), np.take(np.flip(values, axis), half, axis)
         for name, part in zip(names, parts, strict=True):
             if np.isfinite(part).any():
-                sides.append(f"{name}: {in_small_unit(float(np.nanmean(part)), 3)}")
+                mean = float(np.nanmean(part))
+                sides.append(f"{name}: {in_small_unit(mean if abs(mean) > least else 0.0, 3)}")
     yield f"mean separation by sides: {'; '.join(sides)}"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,13 +11,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
+from fretsolve.case.keys.body_specs import Surface
 from fretsolve.errors import FretsolveError, PictureError
 from fretsolve.post.plots.canvas import PANEL_WIDTH, Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.post.plots.labels import draw_lines, readable
 from fretsolve.post.plots.pictures.maps import draw_frame
 from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.map_measures import measures_of, spectrum
-from fretsolve.problem.surface.separation import height_maps
+from fretsolve.problem.surface.roughness import waves_of
+from fretsolve.problem.surface.separation import placed_maps
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -36,16 +39,27 @@ def measured_surface(result: Result, ax: Target = None) -> Figure:
     """Draw the measured maps and the roughness of a result's case. Raises PictureError where it has none."""
     if result.case is None:
         raise PictureError("the case of the result is not one of this version")
-    surfaces = result.case.surface
-    names = [surface.kind for surface in surfaces if surface.kind in ("heights", "roughness")]
     try:
-        found = height_maps(surfaces)
-        maps = [ShownMap(name, center, one) for name, (center, one) in zip(names, found, strict=True)]
+        maps = list(_shown_maps(result.case.surface))
     except FretsolveError as error:
         raise PictureError(str(error)) from error
     if not maps:
         raise PictureError("the surface of the case has neither heights nor roughness")
     return draw_maps(maps, title_of(result), ax)
+
+
+def _shown_maps(surfaces: Sequence[Surface]) -> Iterator[ShownMap]:
+    """Yield the measured maps among the surfaces, and one period of each roughness at ten points per shortest wave."""
+    for place, height_map in placed_maps(surfaces):
+        yield ShownMap("heights", surfaces[place].center, height_map)
+    for surface in surfaces:
+        if surface.kind == "roughness":
+            count = min(math.ceil(10.0 * surface.period / surface.cutoff), 2 * MOST_PIXELS)
+            step = surface.period / count
+            places = np.linspace(-0.5, 0.5, count, endpoint=False) * surface.period + 0.5 * step
+            across = np.zeros(1) if surface.of_line else places
+            heights = waves_of(surface).heights(places, across)
+            yield ShownMap("roughness", surface.center, HeightMap(heights, (step, step)))
 
 
 def draw_maps(maps: Sequence[ShownMap], title: str, ax: Target = None) -> Figure:
@@ -115,11 +129,14 @@ def _draw_spectrum(drawn: Canvas, axes: Axes, one: ShownMap) -> None:
     found = measures_of(one.heights)
     for axis, name in enumerate("xy"[: 1 + (one.heights.values.shape[1] > 1)]):
         waves, power = spectrum(one.heights, axis)
-        if len(waves):
+        if (power > 0.0).any():
             draw_lines(axes, waves, [(f"along {name}", power)], marker="", color=f"C{axis}")
     if np.isfinite(found.shortest_wave):
         axes.axvline(found.shortest_wave, color="0.4", linestyle=":", label="shortest wave")
-    axes.set(xscale="log", yscale="log", xlabel="wavelength (mm)", ylabel="spectrum C (mm³)")
-    axes.set_title(f"{one.name}: spectrum of profiles")
-    axes.invert_xaxis()
-    axes.legend()
+    axes.set(xlabel="wavelength (mm)", ylabel="spectrum C (mm³)", title=f"{one.name}: spectrum of profiles")
+    if axes.lines:
+        axes.set(xscale="log", yscale="log")
+        axes.invert_xaxis()
+        axes.legend()
+    else:
+        axes.text(0.5, 0.5, "no waves", transform=axes.transAxes, ha="center")
