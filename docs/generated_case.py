@@ -70,8 +70,9 @@ def _mentioned(node: Schema, definitions: Schema) -> list[str]:
 
 def _mapping(schema: Schema, link: str, shown: Shown) -> Iterator[str]:
     if "anyOf" in schema:
-        schema = next(part for part in schema["anyOf"] if "properties" in part)
-        yield f"A value alone stands for `{next(iter(schema['properties']))}`.\n"
+        alone, schema = schema["anyOf"][0], next(part for part in schema["anyOf"] if "properties" in part)
+        same = (key for key, node in schema["properties"].items() if node.get("description") == alone["description"])
+        yield f"A value alone stands for `{next(same)}`.\n"
     about = (schema["description"],)
     if about not in shown:
         yield about[0] + "\n"

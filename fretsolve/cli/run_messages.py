@@ -27,7 +27,7 @@ from fretsolve.elastic.kernels import compile_seconds
 from fretsolve.errors import printable
 from fretsolve.post.export.remarks import spot_warnings, warning_of_wear
 from fretsolve.problem.setup.cost_estimate import expected_increments
-from fretsolve.problem.setup.map_warnings import warning_of_holes
+from fretsolve.problem.setup.map_warnings import hole_warnings
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, warning_of_result
 from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_the_grid
@@ -89,12 +89,15 @@ class QuietMessages:
         with open_result(self.out) as result:
             self._report(result, verdict_of(result.effective_case, result.history))
 
+    def _holes(self, result: Result) -> Iterator[str]:
+        """Yield warnings of holes in the largest contact of which the result has the pressure."""
+        if "pressure" in result.fields and any(surface.kind == "heights" for surface in self.setup.case.surface):
+            widest = max(result.steps, key=lambda step: result.history["contact_cells"][step])
+            yield from hole_warnings(self.setup, result.field("pressure", widest) > 0.0)
+
     def _report(self, result: Result, reached: Verdict | None) -> None:
         too_few = warning_of_result(self.setup, result.history["contact_cells"])
-        holes = None
-        if result.steps and any(surface.kind == "heights" for surface in self.setup.case.surface):
-            holes = warning_of_holes(self.setup, result.field("pressure", result.steps[-1]))
-        for text in (too_few, holes, reached if reached and not reached.met else None):
+        for text in (too_few, *self._holes(result), reached if reached and not reached.met else None):
             if text is not None:
                 self.warn(str(text))
         if jumps := {stage.wears.jumps for stage in self.setup.case.stages() if stage.wears is not None}:

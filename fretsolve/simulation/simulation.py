@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.history import PAIRS
 from fretsolve.case.models import Case
 from fretsolve.contact.increment.increment import IncrementSolver, OrthotropicIncrementSolver, Solved
@@ -25,11 +26,11 @@ from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, requ
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
-from fretsolve.problem.surface.separation import is_mirrored, map_border, map_spans
+from fretsolve.problem.surface.separation import is_mirrored, map_border, map_spans, map_without_point
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.problem_setup import contact_size, set_up
-from fretsolve.system.arrays import DoubleArray, Vector, vector_lengths
+from fretsolve.system.arrays import BoolArray, DoubleArray, Vector, vector_lengths
 
 LOADS, RIGID = zip(*PAIRS, strict=True)
 
@@ -82,6 +83,9 @@ def states_of(
     # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
     # edges of the stick zone follow from the increment's, as where cells have slipped before.
     lost = _loses_contact(summaries)
+    touched = None
+    if any(surface.kind == "heights" for surface in setup.case.surface):
+        touched = np.zeros(setup.grid.shape, bool)
     while (step := len(summaries)) < (path := path.after(summaries)).increments:
         began = _working_seconds()
         increment = path.increment(step, summaries)
@@ -120,10 +124,14 @@ def states_of(
             mean = mean_pressure(last.pressure, fields.pressure)
             summary = wear.count(summary, increment, last, fields, solved, mean)
             fields = read_only(wear.fields(fields, setup.case.output.fields))
+        if touched is not None:
+            touched |= fields.pressure > 0.0
         del solved, begin, last  # frees what the state does not need
         summaries.append(summary)
         lost = lost or _loses_contact(summaries[-2:])
         yield State(summary, fields, displacement, wear=None if wear is None else wear.state, before=past)
+    if touched is not None and touched.any():
+        _require_map_point(setup, touched, increment)
 
 
 def increment_solver(
@@ -147,6 +155,20 @@ def increment_solver(
         precision_of(setup),
         load(setup.compiled),
     )
+
+
+def _require_map_point(setup: ProblemSetup, touched: BoolArray, increment: Increment) -> None:
+    """Raise NoSolutionError if no point of a height map lies in what has been in contact, (nx, ny)."""
+    height_map = map_without_point(setup.case.surface, setup.grid, touched)
+    if height_map is None:
+        return
+    apart = " x ".join(in_small_unit(step, 4) for step in height_map.spacing)
+    error = NoSolutionError(
+        f"no point of the height map lies in the contact, so nothing is known of the surface there: its points are"
+        f" {apart} apart; check unit and spacing, or take a finer map"
+    )
+    locate(error, setup, increment)
+    raise error
 
 
 def _friction_limit(

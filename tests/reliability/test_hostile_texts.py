@@ -204,7 +204,7 @@ HEIGHTS = "{heights: {file: map.txt, unit: um, spacing: 1 um}}"
 
 def test_text_maps_are_not_quoted_at_length(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE.replace("{sphere: {radius: 10 mm}}", HEIGHTS))
-    (tmp_path / "map.txt").write_text("secret" * 10_000 + " 2\n1 2\n")
+    (tmp_path / "map.txt").write_text("1 2 3 4\n1 2 3 " + "secret" * 10_000 + "\n")
     line = refused(4, "validate", case)
     assert len(line) < 300 + 2 * len(str(tmp_path))  # it names the case and the map
-    assert "at row 0, column 1" in line
+    assert "line 2 holds" in line and "which is no number" in line

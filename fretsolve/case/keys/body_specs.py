@@ -195,10 +195,10 @@ class RoughnessSurface(Placed):
         description="Hurst exponent, such as 0.8", examples=[0.8]
     )
     rms_height: PositiveLength | None = Field(
-        default=None, description="root mean square height, by the integral of the spectrum", examples=["0.1 um"]
+        default=None, description="root mean square height of the sum of the waves", examples=["0.1 um"]
     )
     rms_slope: Annotated[float, InUnits(NUMBER, above=0)] | None = Field(
-        default=None, description="root mean square slope, by the integral of the spectrum", examples=[0.01]
+        default=None, description="root mean square slope of the sum of the waves", examples=[0.01]
     )
     rolloff: PositiveLength | None = Field(
         default=None, description="wavelength beyond which the spectrum is level; default span", examples=["0.1 mm"]

@@ -21,7 +21,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema
 
-from fretsolve.case.base import Count, Position, PositiveLength, refused_at
+from fretsolve.case.base import CaseModel, Count, Position, PositiveLength, refused_at
 from fretsolve.case.dimensions import ANGLE, ENERGY_PER_AREA, NUMBER, PRESSURE
 from fretsolve.case.expression import Expression
 from fretsolve.case.keys.map_keys import MapKeys, file_in_case_folder
@@ -53,10 +53,8 @@ def _readable(text: str) -> str:
     return text
 
 
-class FrictionSpec(MapKeys):
-    """Friction: one coefficient, or one that varies over the contact, with slip, from cycle to cycle."""
-
-    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [kind]} for kind in KINDS]})
+class FrictionByPlace(CaseModel):
+    """Friction by one coefficient, by a formula, or by a map."""
 
     coefficient: (
         Annotated[
@@ -81,6 +79,13 @@ class FrictionSpec(MapKeys):
     map: Path | None = Field(
         default=None, description="file of a map of the coefficient, read as one of heights", examples=["mu.npy"]
     )
+
+
+class FrictionSpec(MapKeys, FrictionByPlace):
+    """Friction: one coefficient, or one that varies over the contact, with slip, from cycle to cycle."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": [kind]} for kind in KINDS]})
+
     center: Position | None = Field(default=None, description="[x, y] of the map's middle", examples=[["0.1 mm", 0]])
     initial: Coefficient | None = Field(
         default=None, description="coefficient before any slip, which runs in to `final`", examples=[0.2]

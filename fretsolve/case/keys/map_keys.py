@@ -55,11 +55,9 @@ class MapKeys(CaseModel):
             raise refused(f"dataset is missing; the name of one in the HDF5 file {file.name!r} is needed")
 
 
-class HeightsSurface(Placed, MapKeys):
-    """A measured map: the separation itself, or with `invert` heights of body 1, whose negative it is."""
+class HeightsFile(CaseModel):
+    """The file of a map, and what its values are."""
 
-    kind: ClassVar[Literal["heights"]] = "heights"
-    of_line: ClassVar[bool] = False
     file: Path = Field(description="file of the map, relative to the case file", examples=["heights.npy"])
     unit: Unit | None = Field(
         default=None,
@@ -70,6 +68,18 @@ class HeightsSurface(Placed, MapKeys):
         default=None, description="largest less smallest value, as a check of the unit", examples=["12 um"]
     )
     invert: StrictBool = Field(default=False, description="whether the file holds heights instead of separations")
+
+    @field_validator("file", mode="before")
+    @classmethod
+    def _from_case_folder(cls, value: object, info: ValidationInfo) -> object:
+        return file_in_case_folder(value, info, "heights.npy")
+
+
+class HeightsSurface(Placed, MapKeys, HeightsFile):
+    """A measured map: the separation itself, or with `invert` heights of body 1, whose negative it is."""
+
+    kind: ClassVar[Literal["heights"]] = "heights"
+    of_line: ClassVar[bool] = False
     crop: tuple[Length, ...] | None = Field(
         default=None,
         description="[x0, y0, x1, y1], the part that is kept, from the lower left corner of the map",
@@ -98,11 +108,6 @@ class HeightsSurface(Placed, MapKeys):
         default="bilinear", description="height of a cell: at its centre, between points, or its mean"
     )
 
-    @field_validator("file", mode="before")
-    @classmethod
-    def _from_case_folder(cls, value: object, info: ValidationInfo) -> object:
-        return file_in_case_folder(value, info, "heights.npy")
-
     @model_validator(mode="after")
     def _keys_fit(self) -> Self:
         self.require_dataset(self.file)
@@ -111,9 +116,10 @@ class HeightsSurface(Placed, MapKeys):
                 (1, "[x0, x1] with x0 < x1") if self.of_line else (2, "[x0, y0, x1, y1] with x0 < x1, y0 < y1")
             )
             if len(self.crop) != 2 * half or any(a >= b for a, b in zip(self.crop, self.crop[half:], strict=False)):
-                refused_at([(("crop",), f"{list(self.crop)} mm is no part of a map; {wanted} and x0 < x1 is needed")])
+                refused_at([(("crop",), f"{list(self.crop)} mm is no part of a map; {wanted} is needed")])
         if self.of_line and "y" in (self.flip or ()):
             refused_at([(("flip",), "a profile has no y; x is needed")])
         if (self.short_cutoff or 0.0) >= (self.long_cutoff or math.inf):
-            refused_at([(("short_cutoff",), "is not shorter than long_cutoff; a shorter one is needed")])
+            message = f"{self.short_cutoff:g} mm is not shorter than long_cutoff ({self.long_cutoff:g} mm)"
+            refused_at([(("short_cutoff",), f"{message}; a shorter one is needed")])
         return self

@@ -41,7 +41,7 @@ def _heights() -> str:
     from fretsolve.problem.surface.roughness import waves_of
 
     surface = RoughnessSurface(hurst=0.8, rms_height=1e-4, rolloff=0.25, cutoff=0.064, span=1.024)
-    points = 8e-3 * np.arange(128.0)
+    points = 6.4e-3 * np.arange(160.0)
     lines = 1e3 * waves_of(surface).heights(points, points).T[::-1]
     return "\n".join(" ".join(f"{value:.4f}" for value in line) for line in lines) + "\n"
 

@@ -31,7 +31,7 @@ def plot_result(out: Path, kinds: Sequence[str] | None, target: str | None, show
     _require_effect(shown, chosen, " and ".join(kinds or KINDS), out)
     with open_result(out) as result:
         if every_kind:
-            chosen = [kind for kind in chosen if not kind.column or kind.column in result.history]
+            chosen = [kind for kind in chosen if kind.applies_to(result)]
         files = _page_files(target, chosen, result) if every_kind else _files(target, chosen, result.path)
         for path in files:
             require_own(path, PICTURE_MARK.encode(), "a picture")

@@ -10,6 +10,7 @@ from pathlib import Path
 import yaml
 
 from fretsolve.case.dimensions import in_small_unit
+from fretsolve.case.keys.body_specs import RoughnessSurface
 from fretsolve.case.keys.map_keys import HeightsSurface
 from fretsolve.case.loading import read_case
 from fretsolve.cli.case_summary import (
@@ -22,13 +23,11 @@ from fretsolve.cli.case_summary import (
     stage_lines,
     wear_lines,
 )
-from fretsolve.cli.map_summary import map_lines
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, cells_across, cylinder_contact
-from fretsolve.problem.surface.load_map import load_height_map
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.progress import print_warnings
 
@@ -84,12 +83,27 @@ def effective_yaml(setup: ProblemSetup) -> str:
 
 
 def surface_lines(setup: ProblemSetup) -> Iterator[str]:
-    """Yield what each measured map of the case is."""
+    """Yield what each measured map and roughness of the case is."""
     for place, surface in enumerate(setup.case.surface):
         if isinstance(surface, HeightsSurface):
+            from fretsolve.cli.map_summary import map_lines  # loads the readers, which other cases do without
+            from fretsolve.problem.surface.load_map import load_height_map
+
             yield f"\n# {surface.file.name}, in mm, x to the right and y up"
             found = load_height_map(surface, ("surface", place, "heights"))
             yield from map_lines(found, max(setup.grid.dx, setup.grid.dy))
+        elif isinstance(surface, RoughnessSurface):
+            from fretsolve.problem.surface.roughness import waves_of  # other cases do not need it
+
+            height, slope = waves_of(surface).rms()
+            yield f"\n# roughness of period {in_small_unit(surface.period)}"
+            yield f"root mean square height {in_small_unit(height, 4)}, root mean square slope {slope:.4g}"
+    file = setup.case.friction.map
+    if file is not None and setup.friction is not None and (field := setup.friction.field) is not None and field.map:
+        from fretsolve.cli.map_summary import value_lines
+
+        yield f"\n# {file.name}, coefficients of friction, x to the right and y up"
+        yield from value_lines(field.map)
 
 
 def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:

@@ -36,7 +36,8 @@ class PictureKind(NamedTuple):
 
     drawn_by: module of `pictures` and function; a function may not have the name of a module of `plots`, which would
     hide it. caption: what it shows. options: parameters of the function, of `OPTIONS`. beside: ending of a file beside
-    the result that it draws. column: of the history that it draws, where not all results have it.
+    the result that it draws. column, surfaces: of the history, and kinds of surfaces, that it draws, where not all
+    results have them.
     """
 
     name: str
@@ -46,6 +47,13 @@ class PictureKind(NamedTuple):
     formats: tuple[str, ...] = STILL
     beside: str = ""
     column: str = ""
+    surfaces: tuple[str, ...] = ()
+
+    def applies_to(self, result: Result) -> bool:
+        """Return whether a result has what the picture draws."""
+        own = result.effective_case.get("surface", [])
+        has_surface = any(name in one for one in own for name in self.surfaces)
+        return (not self.column or self.column in result.history) and (not self.surfaces or has_surface)
 
     @property
     def draw(self) -> Callable[..., Any]:
@@ -98,7 +106,12 @@ _ALL = (
         ("fields", "body"),
         beside=".fatigue.h5",
     ),
-    PictureKind("surface", "surfaces:measured_surface", "Measured or rough surface: map, profiles, spectrum."),
+    PictureKind(
+        "surface",
+        "surfaces:measured_surface",
+        "Measured or rough surface: map, profiles, spectrum.",
+        surfaces=("heights", "roughness"),
+    ),
     PictureKind("animate", "maps:animation", "Fields over the load path.", ("fields",), MOVING),
 )
 KINDS = {kind.name: kind for kind in _ALL}

@@ -9,9 +9,8 @@ import numpy as np
 from fretsolve.case.dimensions import cell_counts, counted
 from fretsolve.errors import dotted
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.surface.map_measures import measures_of, point_warnings
 from fretsolve.problem.surface.separation import placed_maps
-from fretsolve.system.arrays import FloatArray, grown
+from fretsolve.system.arrays import BoolArray, grown
 
 
 def about_maps(setup: ProblemSetup) -> Iterator[str]:
@@ -19,6 +18,8 @@ def about_maps(setup: ProblemSetup) -> Iterator[str]:
     kinds = {surface.kind for surface in setup.case.surface}
     if not kinds & {"heights", "roughness"}:
         return
+    from fretsolve.problem.surface.map_measures import measures_of, point_warnings  # other cases do not need it
+
     grid, heights, rough = setup.grid, setup.heights(), "height map" if "heights" in kinds else "roughness"
     if (slope := heights.slope()) > 1.0:  # then something is wrong, rather than rough
         advice = "; are unit and spacing right, and missing points nan?" if "heights" in kinds else ""
@@ -38,17 +39,19 @@ def about_maps(setup: ProblemSetup) -> Iterator[str]:
         )
 
 
-def warning_of_holes(setup: ProblemSetup, pressure: FloatArray) -> str | None:
-    """Warn if the contact under `pressure` (nx, ny) reaches holes of a map."""
-    beside = grown(~np.isfinite(setup.separation())) & (pressure > 0.0)
-    if not beside.any():
-        return None
-    place = next(n for n, one in enumerate(setup.case.surface) if one.kind == "heights")
-    cells = counted(int(beside.sum()), "cell")
-    return (
-        f"{_typed_map(setup, place)}: {cells} in contact lie beside holes of the map, where the pressure is infinite"
-        " and the largest one depends on the grid; fill mends lost points"
-    )
+def hole_warnings(setup: ProblemSetup, contact: BoolArray) -> Iterator[str]:
+    """Warn of each map whose holes the contact (nx, ny) reaches."""
+    for place, height_map in placed_maps(setup.case.surface):
+        x0, y0 = setup.case.surface[place].center
+        x, y = setup.grid.x - x0, setup.grid.y - y0
+        known, whole = (np.isfinite(one.sample(x, y)) for one in (height_map, height_map.without_holes()))
+        beside = grown(whole & ~known) & contact
+        if beside.any():
+            cells = counted(int(beside.sum()), "cell")
+            yield (
+                f"{_typed_map(setup, place)}: {cells} in contact lie beside holes of the map, where the pressure is"
+                " infinite and the largest one depends on the grid; fill mends lost points"
+            )
 
 
 def _typed_map(setup: ProblemSetup, place: int) -> str:

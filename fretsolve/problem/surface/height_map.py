@@ -10,7 +10,7 @@ that are coarser than the waves of the map: single points would make long waves 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,6 +42,15 @@ class HeightMap:
         """Distances between the outermost points (mm)."""
         mx, my = self.values.shape
         return (mx - 1) * self.spacing[0], (my - 1) * self.spacing[1]
+
+    def points(self, axis: int) -> DoubleArray:
+        """Return the places (mm) of the points along an axis, about the middle of the map."""
+        count: int = self.values.shape[axis]
+        return np.asarray(self.spacing[axis] * (np.arange(count) - 0.5 * (count - 1)), np.float64)
+
+    def without_holes(self) -> HeightMap:
+        """Return a flat map of the same points without holes."""
+        return replace(self, values=np.zeros_like(self.values))
 
     def sample(self, x: DoubleArray, y: DoubleArray) -> DoubleArray:
         """Return the separation (nx, ny) in mm of cells at ascending `x` (nx,), `y` (ny,) in mm from the map's centre.

@@ -22,6 +22,9 @@ from fretsolve.system.arrays import BoolArray, DoubleArray
 NEIGHBORS = 5
 """Side, in points, of the square whose median tells a spike."""
 
+BLOCK = 2**16
+"""Points whose neighbours are held in memory at a time: 13 MB."""
+
 EPSILON = float(np.finfo(np.float64).eps)
 
 
@@ -194,10 +197,13 @@ def _local_medians(values: DoubleArray) -> DoubleArray:
     inner = (slice(NEIGHBORS // 2, -(NEIGHBORS // 2)),) * 2
     medians: DoubleArray = median_filter(np.where(lost, 0.0, padded), square)[inner]
     near = np.nonzero(binary_dilation(lost, np.ones(square))[inner])
-    heights = sliding_window_view(padded, square)[near].reshape(-1, NEIGHBORS**2)
-    heights[np.isnan(heights[:, ::-1])] = np.nan
-    pairs = np.isfinite(heights).sum(axis=1) // 2
-    medians[near] = np.sort(heights, axis=1)[np.arange(len(pairs)), pairs]
+    squares = sliding_window_view(padded, square)
+    for first in range(0, len(near[0]), BLOCK):  # a part at a time, since each point takes 25 numbers
+        part = near[0][first : first + BLOCK], near[1][first : first + BLOCK]
+        heights = squares[part].reshape(-1, NEIGHBORS**2)
+        heights[np.isnan(heights[:, ::-1])] = np.nan
+        pairs = np.isfinite(heights).sum(axis=1) // 2
+        medians[part] = np.sort(heights, axis=1)[np.arange(len(pairs)), pairs]
     return medians
 
 

@@ -50,7 +50,7 @@ class Waves:
         return math.sqrt(2.0 * power.sum()), math.sqrt(2.0 * (along_x + along_y))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=1)
 def waves_of(surface: RoughnessSurface) -> Waves:
     """Return the waves of a surface. A run needs them several times."""
     shortest = math.floor(surface.period / surface.cutoff * (1.0 + ROUNDING))  # its number on the period

@@ -80,6 +80,20 @@ def map_spans(surfaces: Sequence[Surface]) -> list[tuple[float, float]]:
     return [height_map.span for _, height_map in height_maps(surfaces)]
 
 
+def map_without_point(surfaces: Sequence[Surface], grid: Grid, contact: BoolArray) -> HeightMap | None:
+    """Return a height map none of whose points lies in the contact (nx, ny), None if each map has one there."""
+    for place, height_map in placed_maps(surfaces):
+        found = []
+        for axis, cells in enumerate((grid.x, grid.y)):
+            side = float(cells[1] - cells[0]) if len(cells) > 1 else math.inf
+            points = surfaces[place].center[axis] + height_map.points(axis)
+            index = np.floor((points - cells[0]) / side + 0.5)
+            found.append(np.unique(index[(index >= 0) & (index < len(cells))]).astype(int))
+        if not contact[np.ix_(*found)].any():
+            return height_map
+    return None
+
+
 def height_maps(surfaces: Sequence[Surface]) -> Iterator[tuple[tuple[float, float], HeightMap]]:
     """Read the height maps among the surfaces; yield their centres (mm) with them."""
     for place, height_map in placed_maps(surfaces):

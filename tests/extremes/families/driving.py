@@ -247,7 +247,7 @@ def _written(probe: Probe, folder: Path) -> Parts:
     np.save(folder / "map.npy", probe.heights())
     surface = parts.get("surface", [])
     others = surface if isinstance(surface, list) else [surface]
-    return parts | {"surface": [{"heights": {"file": "map.npy", "spacing": probe.spacing}}, *others]}
+    return parts | {"surface": [{"heights": {"file": "map.npy", "spacing": probe.spacing, "override": True}}, *others]}
 
 
 def _missed(probe: Probe, found: Run, verdict: Verdict) -> str:

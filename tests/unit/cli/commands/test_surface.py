@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import invoke, python, refused
 from small_cases import CASE, write_case
 
 from fretsolve import open_result
@@ -144,3 +144,54 @@ class TestCases:
         plain = write_case(tmp_path, CASE, "plain.yaml")
         assert invoke("run", plain).exit_code == 0
         assert "has neither heights nor roughness" in refused(2, "plot", plain.with_suffix(".h5"), "surface")
+
+    def test_a_map_without_a_point_in_the_contact_is_refused(self, tmp_path: Path) -> None:
+        heights = np.zeros((4, 4))  # its points lie at 0.15 and 0.45 mm, the contact is 0.04 mm wide
+        text_map(tmp_path, heights, name="coarse.txt")
+        case = heights_case(tmp_path, "file: coarse.txt, spacing: 0.3 mm", "{points: 32, size: 0.4 mm}")
+        text = case.read_text().replace("surface: {heights", "surface: [{sphere: {radius: 10 mm}}, {heights")
+        case.write_text(text.replace("0.3 mm}}", "0.3 mm}}]"))
+        told = refused(3, "run", case, "--set", "load_path=[{P: 1 N}]")
+        assert "no point of the height map lies in the contact" in told and "0.3 mm x 0.3 mm apart" in told
+
+    def test_holes_are_told_from_ends_and_from_what_is_not_stored(self, tmp_path: Path) -> None:
+        flat = np.zeros((64, 64))
+        text_map(tmp_path, flat)
+        case = heights_case(tmp_path, "file: scan.txt, spacing: 5 um")
+        whole = case.read_text().replace("surface: {heights", "surface: [{punch: {radius: 0.1 mm}}, {heights")
+        case.write_text(whole.replace("5 um}}", "5 um}}]"))
+        done = invoke("run", case)
+        assert done.exit_code == 0 and "holes of the map" not in done.stderr  # the punch ends, the map does not
+        flat[34:36, 30:32] = np.nan
+        text_map(tmp_path, flat)
+        unloaded = "load_path=[{P: 20 N}, {P: 0 N}]"
+        done = invoke("run", case, "--overwrite", "--set", unloaded)
+        assert "in contact lie beside holes of the map" in done.stderr  # of the largest contact, not of the last one
+        done = invoke("run", case, "--overwrite", "--set", "output={fields: [gap]}")
+        assert done.exit_code == 0
+
+    def test_friction_maps_and_roughness_are_said(self, tmp_path: Path) -> None:
+        mu = np.full((64, 64), 0.1)
+        mu[:32, 32:] = 0.3  # left, top
+        text_map(tmp_path, mu, name="mu.txt")
+        rough = "{roughness: {hurst: 0.8, rms_height: 10 nm, cutoff: 40 um, span: 0.3 mm}}"
+        text = CASE[: CASE.index("expect")].replace(
+            "{sphere: {radius: 10 mm}}", f"[{{sphere: {{radius: 10 mm}}}}, {rough}]"
+        )
+        text = text.replace("friction: 0.1", "friction: {map: mu.txt, spacing: 20 um}").replace(
+            "16}", "64, size: 1.2 mm}"
+        )
+        done = invoke("validate", write_case(tmp_path, text))
+        assert done.exit_code == 0, done.stderr
+        assert "values from 0.1 to 0.3" in done.stdout
+        assert "left, x < 0: 0.2; right, x > 0: 0.1; bottom, y < 0: 0.1; top, y > 0: 0.2" in done.stdout
+        assert "root mean square height 10 nm" in done.stdout
+
+    def test_cases_without_maps_load_no_reader(self, tmp_path: Path) -> None:
+        path = write_case(tmp_path)
+        script = (
+            "import sys; from fretsolve.cli.commands.validate import validate_cases; from pathlib import Path;"
+            f"validate_cases([Path({str(path)!r})], []);"
+            "print([name for name in sys.modules if name == 'h5py' or name.endswith(('load_map', 'map_measures'))])"
+        )
+        assert python(script).splitlines()[-1] == "[]"

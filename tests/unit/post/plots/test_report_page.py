@@ -42,7 +42,7 @@ def drawn(result_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
 def test_all_kinds_and_a_report(result_folder: Path, drawn: Path) -> None:
     names = {path.name for path in drawn.iterdir()}
     # of no other file than the result, and of columns that all results have
-    kinds = [kind for kind in plots.KINDS.values() if not kind.beside and not kind.column]
+    kinds = [kind for kind in plots.KINDS.values() if not (kind.beside or kind.column or kind.surfaces)]
     assert names == {*(f"{kind.name}.{kind.formats[0]}" for kind in kinds), "index.html"}
     text = (drawn / "index.html").read_text(encoding="utf-8")
     page = _Pictures()
