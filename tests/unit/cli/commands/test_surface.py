@@ -151,7 +151,9 @@ class TestCases:
         case = heights_case(tmp_path, "file: coarse.txt, spacing: 0.3 mm", "{points: 32, size: 0.4 mm}")
         text = case.read_text().replace("surface: {heights", "surface: [{sphere: {radius: 10 mm}}, {heights")
         case.write_text(text.replace("0.3 mm}}", "0.3 mm}}]"))
-        told = refused(3, "run", case, "--set", "load_path=[{P: 1 N}]")
+        done = invoke("run", case, "-q", "--set", "load_path=[{P: 1 N}]")
+        assert done.exit_code == 3
+        told = done.stderr
         assert "no point of the height map lies in the contact" in told and "0.3 mm x 0.3 mm apart" in told
 
     def test_holes_are_told_from_ends_and_from_what_is_not_stored(self, tmp_path: Path) -> None:
