@@ -82,7 +82,7 @@ class HeightsSurface(Placed, MapKeys, HeightsFile):
     of_line: ClassVar[bool] = False
     crop: tuple[Length, ...] | None = Field(
         default=None,
-        description="[x0, y0, x1, y1], the part that is kept, from the lower left corner of the map",
+        description="[x0, y0, x1, y1], the part that is kept, from the lower left point of the map",
         examples=[["0.2 mm", "0.2 mm", "0.8 mm", "0.8 mm"]],
     )
     spikes: Annotated[float, InUnits(NUMBER, above=0)] | None = Field(
