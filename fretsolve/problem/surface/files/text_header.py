@@ -9,11 +9,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fretsolve.case.dimensions import LENGTH, in_small_unit
-from fretsolve.case.quantities import QuantityError, shown, to_internal
-
-AGREEMENT = 0.01
-"""Largest difference between two values of a header that mean the same, over the first."""
+from fretsolve.case.dimensions import in_small_unit
+from fretsolve.case.quantities import shown
+from fretsolve.problem.surface.files.raw_map import AGREEMENT
+from fretsolve.problem.surface.files.stated_units import length_unit
 
 _ALONG_X = {
     "step x": ("dx", "delta x", "x spacing", "spacing x", "x step", "step x", "x pitch", "pitch x", "pixel size x"),
@@ -58,6 +57,12 @@ _PER_POINT = re.compile(r"\s*(?:/|\bper\b)\s*(?:pixel|px|point)s?\b", re.IGNOREC
 _NAMED_UNIT = re.compile(r"\s*([^\W\d_][^\[\](){}/]*?)\s*[\[(/]\s*([^\[\](){}]*?)\s*[\])]?\s*")
 _LAST_WORD = re.compile(r"\s*([^\W\d_].*?)\s+([^\W\d]+)\s*")
 _BRACKETED = re.compile(r"[^\[\](]+[\[(][^\])]*[\])]")
+_UNIT_IN_WORDS = re.compile(r"(.*\b(?:units?|einheit(?:en)?))\s+(\S.*)", re.IGNORECASE)
+_OF_UNITS = re.compile(
+    r"\b(?:units?|einheit(?:en)?|(?:nano|micro|milli)?met(?:er|re)s?|microns?|angstr[oö]ms?|inch(?:es)?)\b",
+    re.IGNORECASE,
+)
+"""Words for which a line that is not understood is told."""
 _HEIGHTS = ("z", "height", "heights", "höhe", "höhen")
 
 
@@ -66,13 +71,15 @@ class Header:
     """What a header says. unit, xy_unit: mm of a unit of the heights, of x and y.
 
     lengths: of "step x", "step y", "size x", "size y", each the number and mm of its unit, if it has one. counts: of
-    "count x", "count y". Each comes with the line that says so, from 1.
+    "count x", "count y". Each comes with the line that says so, from 1. remarks: on lines about units that are not
+    understood.
     """
 
     unit: float | None
     xy_unit: float | None
     lengths: dict[str, tuple[float, float | None, int]]
     counts: dict[str, tuple[int, int]]
+    remarks: tuple[str, ...]
 
     def spacing(self, shape: tuple[int, int], of_points: tuple[float, ...] | None = None) -> tuple[float, ...] | None:
         """Return the spacing along x and y of so many points, in `xy_unit`, or None where the header lacks it.
@@ -145,7 +152,12 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, l
                 continue
             lengths[f"{kind} {axis}"] = (number, own or xy_unit, line)
     known = xy_unit if listed else xy_unit or next((own for _, own, _ in lengths.values() if own), None)
-    return Header(unit, known, lengths, counts)
+    remarks = tuple(
+        f"line {number} is not understood: {shown(line.strip())}"
+        for number, line in enumerate(lines, 1)
+        if _OF_UNITS.search(line) and not _pairs(line) and not _headings(line, columns)
+    )
+    return Header(unit, known, lengths, counts, remarks)
 
 
 def lost_number(lines: Sequence[str]) -> float | None:
@@ -176,7 +188,7 @@ def _said(lines: Sequence[str], columns: int) -> dict[str, tuple[str, int]]:
     for number, line in enumerate(lines, 1):
         for fact, value in [*_pairs(line), *_headings(line, columns)]:
             first = said.setdefault(fact, (value, number))
-            if (_unit(first[0]) or first[0].strip().lower()) != (_unit(value) or value.strip().lower()):
+            if (length_unit(first[0]) or first[0].strip().lower()) != (length_unit(value) or value.strip().lower()):
                 raise ValueError(
                     f"line {first[1]} gives {shown(first[0])} as its {fact}, line {number} {shown(value)}; remove the"
                     " wrong line"
@@ -194,10 +206,13 @@ def _pairs(line: str) -> list[tuple[str, str]]:
         mark = next((mark for mark in (";", "\t", ",") if mark in text), None)
         name, *rest = text.split(mark) if text else [""]
         value = " ".join(part.strip() for part in rest[:2])
-        if mark is None and not _NUMBER.fullmatch(value):
+        words = _UNIT_IN_WORDS.fullmatch(text) if mark is None else None
+        if words is not None and length_unit(words[2]) is not None:
+            name, value = words[1], words[2]
+        elif mark is None and not _NUMBER.fullmatch(value):
             return []
     own = _NAMED_UNIT.fullmatch(name)
-    if own is not None and _unit(own[2]) is not None:
+    if own is not None and length_unit(own[2]) is not None:
         name, value = own[1], f"{value} {own[2]}"
     name = re.sub(r"[\s_.-]+", " ", name.lower()).strip()
     fact = _FACTS.get(name) or ("z unit" if _VALUE_UNIT.match(name) else None)
@@ -222,9 +237,9 @@ def _headings(line: str, columns: int) -> list[tuple[str, str]]:
             raise ValueError(f"its columns are {', '.join(names)}; {', '.join(wanted)} in this order are needed")
     else:
         return []
-    if all(_unit(part) is not None for part in separated):
+    if all(length_unit(part) is not None for part in separated):
         return list(zip(facts, separated, strict=True))
-    return [(fact, own[2]) for fact, own in zip(facts, found, strict=True) if own and _unit(own[2]) is not None]
+    return [(fact, own[2]) for fact, own in zip(facts, found, strict=True) if own and length_unit(own[2]) is not None]
 
 
 def _length_of(text: str, axis: str) -> tuple[float | None, float | None]:
@@ -235,7 +250,7 @@ def _length_of(text: str, axis: str) -> tuple[float | None, float | None]:
     if one is None or len(parts) > 2:
         return None, None
     word = one[2] or (found[-1][2] if found[-1] is not None else "")
-    own = _unit(word)
+    own = length_unit(word)
     return (None, None) if word and own is None else (_decimal(one[1]), own)
 
 
@@ -245,25 +260,9 @@ def _decimal(text: str) -> float:
 
 def _stated_unit(text: str, line: int, fact: str) -> float | None:
     """Return the mm of a unit that a line states; raises ValueError if it is no length."""
-    found = _unit(text)
+    found = length_unit(text)
     if found is None and text.strip("[]()- 1").lower() not in ("", "px", "pixel", "pixels"):
         raise ValueError(
             f"line {line} gives {shown(text)} as its {fact}; a length such as um is needed, or no such line"
         )
     return found
-
-
-def _unit(text: str) -> float | None:
-    """Return the mm of a unit, None where it is no length."""
-    word = _mended(text)
-    if not re.search(r"[^\W\d]", word):
-        return None
-    try:
-        return to_internal(word if len(word) < 5 else word.lower(), LENGTH, bare_unit=True)
-    except QuantityError:
-        return None
-
-
-def _mended(text: str) -> str:
-    """Return a unit without brackets, its micro sign as it was before a second encoding."""
-    return text.strip("[](){} ").replace("Âµ", "µ").replace("Î¼", "µ").replace("μ", "µ")
