@@ -37,9 +37,10 @@ Compression = 0
 DataType    = 7
 CheckType   = 0
 *
-0 1 2 3 10 11 12 13 20 21 22 24
+20 21 22 24 10 11 12 13 0 1 2 3
 *
 """
+"""Its first profile is at y = 0, the bottom (ISO 25178-71)."""
 
 
 @pytest.fixture(scope="module")
