@@ -68,7 +68,8 @@ _HEIGHTS = ("z", "height", "heights", "höhe", "höhen")
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says. unit, xy_unit: mm of a unit of the heights, of x and y.
+    """What a header says. unit, xy_unit: mm of a unit of the heights, of x and y. stated, xy_stated: what it says
+    instead of these units, if that is no length.
 
     lengths: of "step x", "step y", "size x", "size y", each the number and mm of its unit, if it has one. counts: of
     "count x", "count y". Each comes with the line that says so, from 1. remarks: on lines about units that are not
@@ -77,6 +78,8 @@ class Header:
 
     unit: float | None
     xy_unit: float | None
+    stated: str
+    xy_stated: str
     lengths: dict[str, tuple[float, float | None, int]]
     counts: dict[str, tuple[int, int]]
     remarks: tuple[str, ...]
@@ -125,15 +128,15 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, l
     """Return what the first lines of a file say of a map of so many points along x and y.
 
     columns: fields of a line of numbers. listed: whether the points have coordinates, whose unit need not be the one of
-    lengths in the header. Raises ValueError where lines contradict one another, or a unit is no length.
+    lengths in the header. Raises ValueError where lines contradict one another.
     """
     said = _said(lines, columns)
-    units = {fact: _stated_unit(*said[fact], fact) for fact in ("z unit", "xy unit", "unit") if fact in said}
-    unit = units.get("z unit") or units.get("unit")
-    if unit is None and "nm per count" in said and (scale := _NUMBER.match(said["nm per count"][0])):
+    unit, stated = _stated_unit(said, "z unit", "unit")
+    if unit is None and not stated and "nm per count" in said and (scale := _NUMBER.match(said["nm per count"][0])):
         unit = _decimal(scale[1]) * 1e-6
     spip = said.get("format", ("", 0))[0].strip().lower() == "ascii"
-    xy_unit = units.get("xy unit") or (units.get("unit") if "z unit" in units else None) or (1e-6 if spip else None)
+    xy_unit, xy_stated = _stated_unit(said, "xy unit", *(["unit"] if "z unit" in said else []))
+    xy_unit = xy_unit or (1e-6 if spip else None)
     counts: dict[str, tuple[int, int]] = {
         fact: (int(said[fact][0]), said[fact][1])
         for fact in ("count x", "count y")
@@ -157,7 +160,7 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, l
         for number, line in enumerate(lines, 1)
         if _OF_UNITS.search(line) and not _pairs(line) and not _headings(line, columns)
     )
-    return Header(unit, known, lengths, counts, remarks)
+    return Header(unit, known, stated, xy_stated if known is None else "", lengths, counts, remarks)
 
 
 def lost_number(lines: Sequence[str]) -> float | None:
@@ -258,11 +261,9 @@ def _decimal(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def _stated_unit(text: str, line: int, fact: str) -> float | None:
-    """Return the mm of a unit that a line states; raises ValueError if it is no length."""
-    found = length_unit(text)
-    if found is None and text.strip("[]()- 1").lower() not in ("", "px", "pixel", "pixels"):
-        raise ValueError(
-            f"line {line} gives {shown(text)} as its {fact}; a length such as um is needed, or no such line"
-        )
-    return found
+def _stated_unit(said: dict[str, tuple[str, int]], *facts: str) -> tuple[float | None, str]:
+    """Return the mm of the unit that the first of these facts states, or None and what it states instead."""
+    text = next((said[fact][0].strip() for fact in facts if fact in said), "")
+    unit = length_unit(text)
+    is_none = text.strip("[]()- 1").lower() in ("", "px", "pixel", "pixels")
+    return unit, "" if unit is not None or is_none else text

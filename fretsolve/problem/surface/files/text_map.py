@@ -120,7 +120,7 @@ def _with_header(
         said += [f"spacing {' x '.join(in_small_unit(header.xy_unit * step) for step in spacing)}"]
     words = f"the file says: {', '.join(said)}" if said else None
     told = tuple(remark for remark in (words, *header.remarks, *remarks) if remark is not None)
-    return RawMap(values, spacing, header.unit, header.xy_unit, told)
+    return RawMap(values, spacing, header.unit, header.xy_unit, told, header.stated, header.xy_stated)
 
 
 def _unit_text(unit: float) -> str:

@@ -158,6 +158,13 @@ class TestFormats:
         np.testing.assert_allclose(read.values, 1e-3 * MAP, rtol=1e-14)
         assert read.spacing == pytest.approx((0.01, 0.02), rel=1e-14)
 
+    def test_unit_that_is_no_length(self, tmp_path):
+        from SurfaceTopography import Topography
+
+        Topography(MAP, (40.0, 60.0), unit="V").to_netcdf(str(tmp_path / "map.nc"))
+        with pytest.raises(CaseError, match=r"the file states its heights in 'V', which is no length; give unit$"):
+            load(tmp_path / "map.nc")
+
     def test_netcdf3_without_size_and_unit(self, tmp_path):
         from scipy.io import netcdf_file
 

@@ -145,6 +145,13 @@ class TestFormats:
         assert found.unit == pytest.approx(unit, rel=1e-12)
         assert not any("understood" in remark for remark in found.remarks)
 
+    def test_unit_that_is_no_length(self, read):
+        found = read(f"Value units: V\nunit: um\nxy unit: s\nspacing: 2\n{ROWS}")
+        assert (found.unit, found.xy_unit, found.stated, found.xy_stated) == (None, None, "V", "s")
+        found = read(f"Value units: px\nxy unit: s\nspacing: 2 um\n{ROWS}")
+        assert (found.unit, found.stated, found.xy_stated) == (None, "", "")
+        assert in_um(found) == pytest.approx([2.0, 2.0], rel=1e-12)
+
     @pytest.mark.parametrize("line", ["# all values in metres", "units are um or so", "x length in micrometers: 5"])
     def test_line_on_units_that_is_not_understood_is_told(self, read, line):
         found = read(f"title\n{line}\n{ROWS}")
@@ -190,7 +197,6 @@ class TestHeadings:
     [
         (KEYENCE.replace('"4"', '"5"'), "line 9 says that it has 5 columns, it has 4"),
         (SPIP + "\n1\t2\t3\t4", "line 4 says that it has 2 rows, it has 3"),
-        (f"Value units: V\n{ROWS}", "line 1 gives 'V' as its z unit; a length such as um is needed, or no such line"),
         (f"unit: um\n\nunit: mm\n{ROWS}", "line 1 gives 'um' as its unit, line 3 'mm'; remove the wrong line"),
         (
             f"# Width: 10 um\nspacing: 3 um\n{ROWS}",
