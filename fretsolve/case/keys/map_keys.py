@@ -30,7 +30,11 @@ def file_in_case_folder(value: object, info: ValidationInfo, example: str) -> Pa
 class MapKeys(CaseModel):
     """What a map's file does not say of itself, and how the map lies on the contact."""
 
-    dataset: str | None = Field(default=None, description="name of the dataset in an HDF5 or .npz file", examples=["z"])
+    dataset: str | None = Field(
+        default=None,
+        description="name of the dataset in an HDF5 or .npz file, or of the channel in a file of an instrument",
+        examples=["z"],
+    )
     spacing: Annotated[tuple[PositiveLength, PositiveLength] | None, Repeated(2)] = Field(
         default=None,
         description="[dx, dy] of the map, or one value for both, unless the file gives it",

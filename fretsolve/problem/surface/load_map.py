@@ -17,19 +17,16 @@ from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import in_small_unit
 from fretsolve.case.keys.map_keys import HDF5_SUFFIXES, HeightsSurface, MapKeys
-from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE
+from fretsolve.case.quantities import LARGEST_MAGNITUDE, LEAST_MAGNITUDE, shown
 from fretsolve.errors import CaseError, FileError, FretsolveError, KeyPath, shortened
 from fretsolve.problem.surface.files.array_map import is_hdf5, read_hdf5, read_numpy
 from fretsolve.problem.surface.files.instrument_map import read_instrument
-from fretsolve.problem.surface.files.raw_map import NUMPY_SUFFIXES, TEXT_SUFFIXES, RawMap
+from fretsolve.problem.surface.files.raw_map import AGREEMENT, NUMPY_SUFFIXES, TEXT_SUFFIXES, RawMap
 from fretsolve.problem.surface.files.text_map import read_text
 from fretsolve.problem.surface.height_map import HeightMap
 from fretsolve.problem.surface.map_steps import prepared
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import require_regular
-
-AGREEMENT = 0.01
-"""Largest difference between what file and case say, over what the case says."""
 
 LARGEST_SPACING = 1.0
 """mm between the points of a map, if a file is to be believed: a contact is hardly wider."""
@@ -70,6 +67,7 @@ def load_height_map(source: HeightsSurface, key: KeyPath) -> HeightMap:
 def _prepared(source: HeightsSurface, key: KeyPath, size: int, changed: int) -> HeightMap:
     """Return a map that does not change as long as its file does not: a run needs it several times."""
     raw = _oriented(read_map(source.file, source, key, line=source.of_line), source)
+    _require_length("heights", raw.stated, source.unit, (*key, "unit"))
     unit = _agreed("the unit of its values", source.unit, raw.unit, source, (*key, "unit")) or 1.0
     values = _checked(raw.values, source.file, (*key, "file"), line=source.of_line)
     spacing = _spacing(raw, unit, source, source.file, key)
@@ -83,6 +81,9 @@ def _prepared(source: HeightsSurface, key: KeyPath, size: int, changed: int) -> 
 def load_value_map(file: Path, keys: MapKeys, key: KeyPath, *, line: bool) -> HeightMap:
     """Read a map of plain numbers, such as coefficients of friction; raises as `load_height_map`."""
     raw = _oriented(read_map(file, keys, key, line=line), keys)
+    if raw.unit is not None and not keys.override:
+        message = f"the file states lengths (in units of {_length(raw.unit)}), coefficients have no unit"
+        raise CaseError(f"{message}; give a file of coefficients, or add override: true if it is one", (*key, "map"))
     values = _checked(raw.values, file, (*key, "file"), line=line)
     return HeightMap(values, _spacing(raw, 1.0, keys, file, key), remarks=raw.remarks)
 
@@ -138,6 +139,12 @@ def _agreed(what: str, of_case: float | None, of_file: float | None, keys: MapKe
     return of_file
 
 
+def _require_length(what: str, stated: str, of_case: float | None, key: KeyPath) -> None:
+    """Refuse a file that states a unit that is no length, unless the case gives one."""
+    if stated and of_case is None:
+        raise CaseError(f"the file states its {what} in {shown(stated)}, which is no length; give {key[-1]}", key)
+
+
 def _length(value: float) -> str:
     return in_small_unit(value)
 
@@ -150,6 +157,9 @@ def _spacing(raw: RawMap, unit: float, keys: MapKeys, file: Path, key: KeyPath) 
         if keys.spacing is None:
             raise CaseError(f"spacing is missing, and {file.name!r} has none; {example}", place)
         return keys.spacing
+    if keys.spacing is not None and keys.override and raw.xy_stated:
+        return keys.spacing
+    _require_length("x and y", raw.xy_stated, keys.xy_unit, (*key, "xy_unit"))
     scale = _agreed("the unit of x and y", keys.xy_unit, raw.xy_unit, keys, (*key, "xy_unit")) or unit
     found = tuple(scale * step for step in raw.spacing)
     pair = found * 2 if len(found) == 1 else found

@@ -13,9 +13,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.dimensions import in_small_unit
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.problem.surface.files.hdf5_notes import Attributes, Axis, axes_of, in_one_unit, is_scale, stated_spacing
-from fretsolve.problem.surface.files.raw_map import MOST_HEIGHTS, RawMap
+from fretsolve.problem.surface.files.raw_map import AGREEMENT, MOST_HEIGHTS, RawMap
 from fretsolve.system.hdf5_files import LARGEST_RATIO, dataset_names, open_hdf5, own_dataset, try_attributes
 
 MOST_BYTES = 16 * MOST_HEIGHTS
@@ -43,11 +44,29 @@ def read_hdf5(file: Path, dataset: str | None, key: KeyPath) -> RawMap:
         _require_plausible(node.shape, node.dtype)
         notes = Attributes(node)
         raw = _along_scales(RawMap(_scaled(np.asarray(node[()]), notes)), axes_of(node))
-        unit, of_unit = notes.unit("unit", "units", "z_unit")
-        raw = replace(raw, unit=unit, remarks=(*raw.remarks, *of_unit))
+        unit, stated, of_unit = notes.unit("unit", "units", "z_unit")
         spacing, of_spacing = stated_spacing(notes)
-        raw = replace(raw, remarks=(*raw.remarks, *of_spacing))
-        return raw if spacing is None else replace(raw, spacing=spacing[0], xy_unit=spacing[1])
+        raw = replace(raw, unit=unit, stated=stated, remarks=(*raw.remarks, *of_unit, *of_spacing))
+        return raw if spacing is None else _spaced(raw, *spacing)
+
+
+def _spaced(raw: RawMap, spacing: tuple[float, ...], unit: float | None) -> RawMap:
+    """Return the map with the spacing that attributes state, in `unit` (mm).
+
+    Raises ValueError if the coordinates say another.
+    """
+    remarks = raw.remarks
+    if raw.spacing is not None and raw.xy_unit is None:
+        remarks = (*remarks, "its attributes give the spacing, not its coordinates, which have no unit")
+    elif raw.spacing is not None and raw.xy_unit is not None:
+        for axis, own, step in zip("xy", spacing * 2 if len(spacing) == 1 else spacing, raw.spacing, strict=False):
+            one, other = own * (unit or 1.0), step * raw.xy_unit
+            if abs(one - other) > AGREEMENT * other:
+                raise ValueError(
+                    f"its attributes say that the spacing along {axis} is {in_small_unit(one)}, its coordinates that it"
+                    f" is {in_small_unit(other)}; remove what is wrong"
+                )
+    return replace(raw, spacing=spacing, xy_unit=unit, xy_stated="", remarks=remarks)
 
 
 def _scaled(values: NDArray[Any], notes: Attributes) -> NDArray[Any]:
@@ -75,7 +94,8 @@ def _along_scales(raw: RawMap, axes: list[Axis]) -> RawMap:
     if not axes or any(axis.step is None for axis in axes):
         return replace(raw, values=values, remarks=tuple(remarks))
     spacing, unit = in_one_unit([(abs(axis.step or 0.0), axis.unit) for axis in axes])
-    return RawMap(values, spacing, xy_unit=unit, remarks=tuple(remarks))
+    stated = next((axis.stated for axis in axes if axis.stated), "")
+    return RawMap(values, spacing, xy_unit=unit, remarks=tuple(remarks), xy_stated=stated)
 
 
 def read_numpy(file: Path, dataset: str | None, key: KeyPath) -> RawMap:

@@ -10,7 +10,8 @@ import h5py
 import numpy as np
 
 from fretsolve.case.quantities import shown, split_quantity
-from fretsolve.problem.surface.files.stated_units import length_unit
+from fretsolve.problem.surface.files.raw_map import AGREEMENT
+from fretsolve.problem.surface.files.stated_units import decoded, length_unit
 from fretsolve.system.hdf5_files import require_own_data
 
 UNEVEN = 0.05
@@ -32,7 +33,9 @@ class Attributes:
             return []
         value = self._stored[self._names[name.lower()]]
         flat = [] if isinstance(value, h5py.Empty) else np.ravel(value).tolist()
-        texts = [one.decode("utf-8", "replace") if isinstance(one, bytes) else one for one in flat]
+        # h5py gives texts of variable length that are not UTF-8 as str, with their bytes escaped
+        stored = [one.encode("utf-8", "surrogateescape") if isinstance(one, str) else one for one in flat]
+        texts = [decoded(one) if isinstance(one, bytes) else one for one in stored]
         return [one.strip("\0 ") if isinstance(one, str) else one for one in texts]
 
     def numbers(self, name: str) -> list[float]:
@@ -45,21 +48,38 @@ class Attributes:
         found = (self.values(name) for name in names)
         return next((one[0] for one in found if len(one) == 1 and isinstance(one[0], str) and one[0]), None)
 
-    def unit(self, *names: str) -> tuple[float | None, list[str]]:
-        """Return the mm of the unit that the first of these attributes states, None without one; and remarks."""
-        text = self.text(*names)
-        unit = length_unit(text)
-        unread = text is not None and unit is None
-        return unit, [f"its unit {shown(text)} is no unit of length and is not used"] if unread else []
+    def unit(self, *names: str) -> tuple[float | None, str, list[str]]:
+        """Return the mm of the unit that these attributes state, or None and what they state instead; and remarks.
+
+        Raises ValueError if one contradicts another.
+        """
+        texts = {name: text for name in names if (text := self.text(name)) is not None}
+        if not texts:
+            return None, "", []
+        first, stated = next(iter(texts.items()))
+        unit = length_unit(stated)
+        for name, text in texts.items():
+            other = length_unit(text)
+            if (unit is None) != (other is None) or abs((unit or 0.0) - (other or 0.0)) > AGREEMENT * (unit or 0.0):
+                raise ValueError(
+                    f"its attribute {first} is {shown(stated)}, {name} is {shown(text)}; remove the one that is wrong"
+                )
+        if unit is not None:
+            return unit, "", []
+        return None, stated, [f"its unit {shown(stated)} is no unit of length and is not used"]
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A dimension of a dataset: its name in small letters, the step of its coordinates, in `unit` (mm) if stated."""
+    """A dimension of a dataset: its name in small letters, the step of its coordinates, in `unit` (mm) if stated.
+
+    stated: what its coordinates state instead of a unit of length.
+    """
 
     name: str
     step: float | None = None
     unit: float | None = None
+    stated: str = ""
     remarks: tuple[str, ...] = ()
 
 
@@ -91,8 +111,9 @@ def _axis(scale: Any, size: int) -> Axis:
     require_own_data(scale, name)
     if scale.shape != (size,):
         raise ValueError(f"its scale {name!r} does not hold {size} coordinates")
-    unit, remarks = notes.unit("unit", "units")
-    return Axis(name.lower(), _step(np.asarray(scale[()]), name), unit, tuple(f"{name}: {one}" for one in remarks))
+    unit, stated, remarks = notes.unit("unit", "units")
+    told = tuple(f"{name}: {one}" for one in remarks)
+    return Axis(name.lower(), _step(np.asarray(scale[()]), name), unit, stated, told)
 
 
 def _step(coordinates: Any, name: str) -> float | None:
@@ -122,8 +143,8 @@ def stated_spacing(notes: Attributes) -> tuple[tuple[tuple[float, ...], float | 
     if not found:
         return None, []
     units = ("spacing_unit", "xy_unit", f"{names[0]}_unit")
-    stated, (of_all, remarks) = notes.text(*units), notes.unit(*units)
-    if stated is not None and of_all is None:
+    of_all, stated, remarks = notes.unit(*units)
+    if stated:
         return None, [f"its spacing is not used: {remark}" for remark in remarks]
     parts = []
     for one in found:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -27,8 +28,17 @@ FORMATS = frozenset(_NAMES.split())
 The library's other formats are tables without units, terrain, or not known to be right.
 """
 
-ROWS_UPWARDS = frozenset({"nc"})
-"""Formats whose second index the library returns upwards; that of the others begins at the top row."""
+ROWS_UPWARDS = frozenset({"nc", "sdf"})
+"""Formats whose second index the library returns upwards; that of the others begins at the top row.
+
+ISO 25178-71 gives y = (i - 1) Yscale for profile i of an sdf file, in a right-handed system: the first is the bottom.
+"""
+
+ROWS_TRIED = ROWS_UPWARDS | frozenset(["al3d", "bcr", "di", "frt", "gwy", "opd", "plu", "plux", "sur", "tmd", "vk"])
+"""Formats whose top row is known, by files of instruments, by writers or by what is published.
+
+x3p is none of them: editions of its standard are said to differ in the corner at which the rows begin.
+"""
 
 
 def read_instrument(file: Path, dataset: str | None, key: KeyPath) -> RawMap:
@@ -42,9 +52,13 @@ def read_instrument(file: Path, dataset: str | None, key: KeyPath) -> RawMap:
         name, opened = _library(file, key)
         with opened(str(file), format=name) as reader:
             try:
-                return _read(reader, dataset, file, key, upwards=name in ROWS_UPWARDS)
+                raw = _read(reader, dataset, file, key, upwards=name in ROWS_UPWARDS)
             except KeyError as error:
                 raise ValueError(f"{error} is missing in it") from error
+    if name in ROWS_TRIED or raw.values.ndim == 1:
+        return raw
+    remark = "which row of this format is the top was not tried: compare the sides with the instrument's picture"
+    return replace(raw, remarks=(*raw.remarks, remark))
 
 
 def _library(file: Path, key: KeyPath) -> tuple[str, Any]:
@@ -81,11 +95,12 @@ def _read(reader: Any, dataset: str | None, file: Path, key: KeyPath, *, upwards
     if lost.any():
         remarks.append(f"{np.count_nonzero(lost)} of its points are masked: they count as lost")
     unit = length_unit(surface.unit)
+    stated = str(surface.unit) if surface.unit and unit is None else ""
     if unit is None:
-        remarks.append(f"its unit {shown(surface.unit)} is not known" if surface.unit else "it states no unit")
+        remarks.append(f"its unit {shown(stated)} is not known" if stated else "it states no unit")
     spacing = None if size is None else tuple(float(a) / n for a, n in zip(surface.physical_sizes, points, strict=True))
     flipped = values if upwards or values.ndim == 1 else values[:, ::-1]
-    return RawMap(flipped, spacing, unit, unit, tuple(remarks))
+    return RawMap(flipped, spacing, unit, unit, tuple(remarks), stated, stated)
 
 
 def _channel(reader: Any, dataset: str | None, file: Path, key: KeyPath) -> tuple[Any, list[str]]:

@@ -25,24 +25,27 @@ EVEN = 1e-3
 """Largest distance of an x of a profile from its place on an even line, over the step."""
 
 
-def gridded(points: DoubleArray) -> tuple[DoubleArray, tuple[float, float], str | None]:
-    """Return the heights (mx, my) of points x, y, z (n, 3), NaN where one is missing, the spacing, and a remark.
+def gridded(
+    points: DoubleArray, lines: NDArray[np.integer]
+) -> tuple[DoubleArray, tuple[float, float], tuple[float, float], str | None]:
+    """Return the heights (mx, my) of points x, y, z (n, 3), NaN where one is missing, and what the grid is.
 
-    The points may come in any order, with coordinates that are rounded or noisy. Raises ValueError if they are no grid.
+    That is its spacing, its least x and y, and a remark on missing points. The points may come in any order, with
+    coordinates that are rounded or noisy. lines: (n,) of the file. Raises ValueError if they are no grid.
     """
-    kept = _located(points, "x or y")
+    kept = _located(points, lines, "x or y")
     found = points[kept]
     try:
-        (column, nx, dx), (row, ny, dy) = (_places(found[:, axis], "xy"[axis], kept) for axis in (0, 1))
+        (column, nx, dx), (row, ny, dy) = (_places(found[:, axis], "xy"[axis], lines[kept]) for axis in (0, 1))
         if nx * ny > min(2 * len(found), MOST_HEIGHTS):
             raise ValueError(f"a grid for them has {nx} x {ny} points, they are {len(found)}, less than half")
         place = column * ny + row
         count = np.bincount(place, minlength=nx * ny)
         if count.max() > 1:
             two = np.flatnonzero(place == np.argmax(count > 1))[:2]
-            first, second = kept[two] + 1
+            first, second = lines[kept[two]]
             raise ValueError(
-                f"points {first} and {second} lie at one place, x = {found[two[0], 0]:g}, y = {found[two[0], 1]:g}"
+                f"lines {first} and {second} give one place, x = {found[two[0], 0]:g}, y = {found[two[0], 1]:g}"
             )
     except ValueError as error:
         raise ValueError(f"its 3 columns are read as x y z, which are no grid: {error}") from None
@@ -52,24 +55,26 @@ def gridded(points: DoubleArray) -> tuple[DoubleArray, tuple[float, float], str 
     if 2 * missing > nx * ny:
         raise ValueError(f"{missing} of the {nx} x {ny} points of its grid x y z are missing, more than half")
     remark = f"{missing} of {nx * ny} points are missing: holes" if missing else None
-    return values.reshape(nx, ny), (dx, dy), remark
+    start = (float(found[:, 0].min()), float(found[:, 1].min()))
+    return values.reshape(nx, ny), (dx, dy), start, remark
 
 
-def evened(points: DoubleArray) -> tuple[DoubleArray, float, str | None]:
+def evened(points: DoubleArray, lines: NDArray[np.integer]) -> tuple[DoubleArray, float, str | None]:
     """Return the heights (n,) of a profile x, z (n, 2) at even x, their spacing, and a remark if x was not even.
 
-    Heights at uneven x are interpolated linearly. Raises ValueError if points are too few, or share an x.
+    Heights at uneven x are interpolated linearly. lines: (n,) of the file. Raises ValueError if points are too few, or
+    share an x.
     """
-    kept = _located(points, "x")
+    kept = _located(points, lines, "x")
     if len(kept) < 2:
         raise ValueError(f"it has {len(kept)} points x z of a profile; at least 2 are needed")
     order = kept[np.argsort(points[kept, 0], kind="stable")]
     x, z = points[order].T
     steps = np.diff(x)
     if steps.min() == 0.0:
-        first, second = sorted(order[(at := int(steps.argmin())) : at + 2] + 1)
+        first, second = sorted(lines[order[(at := int(steps.argmin())) : at + 2]])
         raise ValueError(
-            f"its points {first} and {second} have the same x, {x[at]:g}; a profile x z has one height for each x"
+            f"lines {first} and {second} have the same x, {x[at]:g}; a profile x z has one height for each x"
         )
     even = np.linspace(x[0], x[-1], len(x))
     step = float((x[-1] - x[0]) / (len(x) - 1))
@@ -81,22 +86,22 @@ def evened(points: DoubleArray) -> tuple[DoubleArray, float, str | None]:
     return np.interp(even, x, z), step, remark
 
 
-def _located(points: DoubleArray, what: str) -> NDArray[np.intp]:
+def _located(points: DoubleArray, lines: NDArray[np.integer], what: str) -> NDArray[np.intp]:
     """Return the indices of the points that have coordinates; raises ValueError where one has a height but no place."""
     located = np.isfinite(points[:, :-1]).all(axis=1)
     far = np.flatnonzero(located & (np.abs(points[:, :-1]) > LARGEST_MAGNITUDE).any(axis=1))
     if far.size:
-        raise ValueError(f"its point {far[0] + 1} has no possible {what}")
+        raise ValueError(f"line {lines[far[0]]} holds no possible {what}")
     stray = np.flatnonzero(~located & np.isfinite(points[:, -1]))
     if stray.size:
-        raise ValueError(f"its point {stray[0] + 1} has a height, but its {what} is lost")
+        raise ValueError(f"line {lines[stray[0]]} has a height, but its {what} is lost")
     return np.flatnonzero(located)
 
 
-def _places(values: DoubleArray, name: str, numbers: NDArray[np.intp]) -> tuple[NDArray[np.intp], int, float]:
+def _places(values: DoubleArray, name: str, lines: NDArray[np.integer]) -> tuple[NDArray[np.intp], int, float]:
     """Return the index of each coordinate on an even line, the number of places of the line, and its step.
 
-    numbers: of the points in the file, from 0, for messages. Raises ValueError if a coordinate is off the line.
+    lines: of the points in the file, for messages. Raises ValueError if a coordinate is off the line.
     """
     ordered = np.sort(values)
     if not ordered.size or ordered[-1] - ordered[0] < LEAST_MAGNITUDE:
@@ -112,19 +117,19 @@ def _places(values: DoubleArray, name: str, numbers: NDArray[np.intp]) -> tuple[
         off = np.abs(place - np.round(place))
         astray = int(np.count_nonzero(off > MOST_OFFSET))
         found = (np.round(place) - np.round(place.min())).astype(np.intp)
-        lines = int(found.max()) + 1
-        bare = lines - np.unique(found).size
-        if astray == 0 and bare <= MOST_BARE_LINES * lines:
-            return found, lines, step
+        count = int(found.max()) + 1
+        bare = count - np.unique(found).size
+        if astray == 0 and bare <= MOST_BARE_LINES * count:
+            return found, count, step
         if astray < least:
             worst, least = int(off.argmax()), astray
             reason = (
-                f"{bare} of {lines} lines along {name}, {step:.4g} apart, have no point; are the coordinates rounded"
+                f"{bare} of {count} lines along {name}, {step:.4g} apart, have no point; are the coordinates rounded"
                 " too coarsely?"
             )
             if astray:
                 reason = (
-                    f"the {name} of point {numbers[worst] + 1}, {values[worst]:g}, is {off[worst]:.2f} of a step off a"
+                    f"the {name} in line {lines[worst]}, {values[worst]:g}, is {off[worst]:.2f} of a step off a"
                     f" regular line of {rows} places, {step:.4g} apart"
                 )
     raise ValueError(reason)

@@ -13,6 +13,9 @@ TEXT_SUFFIXES = (".txt", ".csv", ".dat", ".asc", ".xyz")
 MOST_HEIGHTS = 2**26
 """Heights of a map: 8192 x 8192."""
 
+AGREEMENT = 0.01
+"""Largest difference between two statements of the same, over one of them."""
+
 
 @dataclass(frozen=True)
 class RawMap:
@@ -21,7 +24,8 @@ class RawMap:
     values: (mx, my), the first index along x, the second along y, upwards; (n,) of a profile along x; not finite where
     points are lost. spacing: between points along x and y, or one for both, in `xy_unit`; None unless the file has it.
     unit, xy_unit: mm of a unit of the values and of the spacing; None unless the file states them. remarks: what the
-    reader found and did, such as how many points are missing, for `validate`.
+    reader found and did, such as how many points are missing, for `validate`. stated, xy_stated: what the file states
+    instead of these units, if that is no length.
     """
 
     values: NDArray[Any]
@@ -29,3 +33,5 @@ class RawMap:
     unit: float | None = None
     xy_unit: float | None = None
     remarks: tuple[str, ...] = ()
+    stated: str = ""
+    xy_stated: str = ""

@@ -9,11 +9,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fretsolve.case.dimensions import LENGTH, in_small_unit
-from fretsolve.case.quantities import QuantityError, shown, to_internal
-
-AGREEMENT = 0.01
-"""Largest difference between two values of a header that mean the same, over the first."""
+from fretsolve.case.dimensions import in_small_unit
+from fretsolve.case.quantities import shown
+from fretsolve.problem.surface.files.raw_map import AGREEMENT
+from fretsolve.problem.surface.files.stated_units import length_unit
 
 _ALONG_X = {
     "step x": ("dx", "delta x", "x spacing", "spacing x", "x step", "step x", "x pitch", "pitch x", "pixel size x"),
@@ -58,21 +57,32 @@ _PER_POINT = re.compile(r"\s*(?:/|\bper\b)\s*(?:pixel|px|point)s?\b", re.IGNOREC
 _NAMED_UNIT = re.compile(r"\s*([^\W\d_][^\[\](){}/]*?)\s*[\[(/]\s*([^\[\](){}]*?)\s*[\])]?\s*")
 _LAST_WORD = re.compile(r"\s*([^\W\d_].*?)\s+([^\W\d]+)\s*")
 _BRACKETED = re.compile(r"[^\[\](]+[\[(][^\])]*[\])]")
+_UNIT_IN_WORDS = re.compile(r"(.*\b(?:units?|einheit(?:en)?))\s+(\S.*)", re.IGNORECASE)
+_OF_UNITS = re.compile(
+    r"\b(?:units?|einheit(?:en)?|(?:nano|micro|milli)?met(?:er|re)s?|microns?|angstr[oö]ms?|inch(?:es)?)\b",
+    re.IGNORECASE,
+)
+"""Words for which a line that is not understood is told."""
 _HEIGHTS = ("z", "height", "heights", "höhe", "höhen")
 
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says. unit, xy_unit: mm of a unit of the heights, of x and y.
+    """What a header says. unit, xy_unit: mm of a unit of the heights, of x and y. stated, xy_stated: what it says
+    instead of these units, if that is no length.
 
     lengths: of "step x", "step y", "size x", "size y", each the number and mm of its unit, if it has one. counts: of
-    "count x", "count y". Each comes with the line that says so, from 1.
+    "count x", "count y". Each comes with the line that says so, from 1. remarks: on lines about units that are not
+    understood.
     """
 
     unit: float | None
     xy_unit: float | None
+    stated: str
+    xy_stated: str
     lengths: dict[str, tuple[float, float | None, int]]
     counts: dict[str, tuple[int, int]]
+    remarks: tuple[str, ...]
 
     def spacing(self, shape: tuple[int, int], of_points: tuple[float, ...] | None = None) -> tuple[float, ...] | None:
         """Return the spacing along x and y of so many points, in `xy_unit`, or None where the header lacks it.
@@ -118,15 +128,15 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, l
     """Return what the first lines of a file say of a map of so many points along x and y.
 
     columns: fields of a line of numbers. listed: whether the points have coordinates, whose unit need not be the one of
-    lengths in the header. Raises ValueError where lines contradict one another, or a unit is no length.
+    lengths in the header. Raises ValueError where lines contradict one another.
     """
     said = _said(lines, columns)
-    units = {fact: _stated_unit(*said[fact], fact) for fact in ("z unit", "xy unit", "unit") if fact in said}
-    unit = units.get("z unit") or units.get("unit")
-    if unit is None and "nm per count" in said and (scale := _NUMBER.match(said["nm per count"][0])):
+    unit, stated = _stated_unit(said, "z unit", "unit")
+    if unit is None and not stated and "nm per count" in said and (scale := _NUMBER.match(said["nm per count"][0])):
         unit = _decimal(scale[1]) * 1e-6
     spip = said.get("format", ("", 0))[0].strip().lower() == "ascii"
-    xy_unit = units.get("xy unit") or (units.get("unit") if "z unit" in units else None) or (1e-6 if spip else None)
+    xy_unit, xy_stated = _stated_unit(said, "xy unit", *(["unit"] if "z unit" in said else []))
+    xy_unit = xy_unit or (1e-6 if spip else None)
     counts: dict[str, tuple[int, int]] = {
         fact: (int(said[fact][0]), said[fact][1])
         for fact in ("count x", "count y")
@@ -145,7 +155,12 @@ def read_header(lines: Sequence[str], shape: tuple[int, int], columns: int, *, l
                 continue
             lengths[f"{kind} {axis}"] = (number, own or xy_unit, line)
     known = xy_unit if listed else xy_unit or next((own for _, own, _ in lengths.values() if own), None)
-    return Header(unit, known, lengths, counts)
+    remarks = tuple(
+        f"line {number} is not understood: {shown(line.strip())}"
+        for number, line in enumerate(lines, 1)
+        if _OF_UNITS.search(line) and not _pairs(line) and not _headings(line, columns)
+    )
+    return Header(unit, known, stated, xy_stated if known is None else "", lengths, counts, remarks)
 
 
 def lost_number(lines: Sequence[str]) -> float | None:
@@ -176,7 +191,7 @@ def _said(lines: Sequence[str], columns: int) -> dict[str, tuple[str, int]]:
     for number, line in enumerate(lines, 1):
         for fact, value in [*_pairs(line), *_headings(line, columns)]:
             first = said.setdefault(fact, (value, number))
-            if (_unit(first[0]) or first[0].strip().lower()) != (_unit(value) or value.strip().lower()):
+            if (length_unit(first[0]) or first[0].strip().lower()) != (length_unit(value) or value.strip().lower()):
                 raise ValueError(
                     f"line {first[1]} gives {shown(first[0])} as its {fact}, line {number} {shown(value)}; remove the"
                     " wrong line"
@@ -194,10 +209,13 @@ def _pairs(line: str) -> list[tuple[str, str]]:
         mark = next((mark for mark in (";", "\t", ",") if mark in text), None)
         name, *rest = text.split(mark) if text else [""]
         value = " ".join(part.strip() for part in rest[:2])
-        if mark is None and not _NUMBER.fullmatch(value):
+        words = _UNIT_IN_WORDS.fullmatch(text) if mark is None else None
+        if words is not None and length_unit(words[2]) is not None:
+            name, value = words[1], words[2]
+        elif mark is None and not _NUMBER.fullmatch(value):
             return []
     own = _NAMED_UNIT.fullmatch(name)
-    if own is not None and _unit(own[2]) is not None:
+    if own is not None and length_unit(own[2]) is not None:
         name, value = own[1], f"{value} {own[2]}"
     name = re.sub(r"[\s_.-]+", " ", name.lower()).strip()
     fact = _FACTS.get(name) or ("z unit" if _VALUE_UNIT.match(name) else None)
@@ -222,9 +240,9 @@ def _headings(line: str, columns: int) -> list[tuple[str, str]]:
             raise ValueError(f"its columns are {', '.join(names)}; {', '.join(wanted)} in this order are needed")
     else:
         return []
-    if all(_unit(part) is not None for part in separated):
+    if all(length_unit(part) is not None for part in separated):
         return list(zip(facts, separated, strict=True))
-    return [(fact, own[2]) for fact, own in zip(facts, found, strict=True) if own and _unit(own[2]) is not None]
+    return [(fact, own[2]) for fact, own in zip(facts, found, strict=True) if own and length_unit(own[2]) is not None]
 
 
 def _length_of(text: str, axis: str) -> tuple[float | None, float | None]:
@@ -235,7 +253,7 @@ def _length_of(text: str, axis: str) -> tuple[float | None, float | None]:
     if one is None or len(parts) > 2:
         return None, None
     word = one[2] or (found[-1][2] if found[-1] is not None else "")
-    own = _unit(word)
+    own = length_unit(word)
     return (None, None) if word and own is None else (_decimal(one[1]), own)
 
 
@@ -243,27 +261,9 @@ def _decimal(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def _stated_unit(text: str, line: int, fact: str) -> float | None:
-    """Return the mm of a unit that a line states; raises ValueError if it is no length."""
-    found = _unit(text)
-    if found is None and text.strip("[]()- 1").lower() not in ("", "px", "pixel", "pixels"):
-        raise ValueError(
-            f"line {line} gives {shown(text)} as its {fact}; a length such as um is needed, or no such line"
-        )
-    return found
-
-
-def _unit(text: str) -> float | None:
-    """Return the mm of a unit, None where it is no length."""
-    word = _mended(text)
-    if not re.search(r"[^\W\d]", word):
-        return None
-    try:
-        return to_internal(word if len(word) < 5 else word.lower(), LENGTH, bare_unit=True)
-    except QuantityError:
-        return None
-
-
-def _mended(text: str) -> str:
-    """Return a unit without brackets, its micro sign as it was before a second encoding."""
-    return text.strip("[](){} ").replace("Âµ", "µ").replace("Î¼", "µ").replace("μ", "µ")
+def _stated_unit(said: dict[str, tuple[str, int]], *facts: str) -> tuple[float | None, str]:
+    """Return the mm of the unit that the first of these facts states, or None and what it states instead."""
+    text = next((said[fact][0].strip() for fact in facts if fact in said), "")
+    unit = length_unit(text)
+    is_none = text.strip("[]()- 1").lower() in ("", "px", "pixel", "pixels")
+    return unit, "" if unit is not None or is_none else text

@@ -11,10 +11,11 @@ import math
 import re
 from array import array
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.case.quantities import shown
@@ -57,45 +58,57 @@ def read_text(file: Path, *, line: bool) -> RawMap:
     encoding = _encoding(file)
     try:
         layout = _layout(_lines_of(file, encoding))
-        table, commas = _table(_lines_of(file, encoding), layout)
+        table, lines, commas = _table(_lines_of(file, encoding), layout)
     except UnicodeDecodeError:
         raise ValueError(f"it is cut short, or no {encoding} text") from None
     if (lost := lost_number(layout.header)) is not None:
-        table[table == lost] = np.nan
-    raw = _profile(table, layout) if line and table.shape[1] <= 2 else _map(table, layout, line=line)
-    remarks = (*raw.remarks, *(["decimal commas"] if commas else []))
-    return RawMap(raw.values, raw.spacing, raw.unit, raw.xy_unit, remarks)
+        heights = table[:, -1:] if table.shape[1] == (2 if line else 3) else table  # coordinates may have that value
+        heights[heights == lost] = np.nan
+    raw = _profile(table, lines, layout) if line and table.shape[1] <= 2 else _map(table, lines, layout, line=line)
+    return replace(raw, remarks=(*raw.remarks, *(["decimal commas"] if commas else [])))
 
 
-def _map(table: DoubleArray, layout: Layout, *, line: bool) -> RawMap:
+def _map(table: DoubleArray, lines: NDArray[np.intc], layout: Layout, *, line: bool) -> RawMap:
     """Return the map of a matrix, or of points x y z."""
     remark: str | None
-    of_points = None
+    of_points, start = None, (0.0, 0.0)
     if table.shape[1] == 2:
         raise ValueError("its 2 columns are x and z of a profile, for plane: strain; a map has more columns, or x y z")
     if table.shape[1] == 3 and not line:
-        values, of_points, remark = gridded(table)
+        values, of_points, start, remark = gridded(table, lines)
     else:
         values = table[::-1].T
         lost = int(np.count_nonzero(~np.isfinite(values)))
         remark = f"{lost} of {values.size} points are lost: holes" if lost else None
     shape = (values.shape[0], values.shape[1])
     header = read_header(layout.header, shape, table.shape[1], listed=of_points is not None)
-    return _with_header(values, header, header.spacing(shape, of_points), remark)
+    spacing = header.spacing(shape, of_points)
+    return _with_header(values, header, spacing, remark, _start(start, of_points, header.xy_unit))
 
 
-def _profile(table: DoubleArray, layout: Layout) -> RawMap:
+def _profile(table: DoubleArray, lines: NDArray[np.intc], layout: Layout) -> RawMap:
     """Return the profile of a column z, or of columns x and z."""
-    of_points, remark = None, None
+    of_points, start, remark = None, 0.0, None
     if table.shape[1] == 2:
-        values, step, remark = evened(table)
+        values, step, remark = evened(table, lines)
+        start = float(np.nanmin(table[:, 0]))
         of_points = (step,)
     else:
         values = table[:, 0]
     lost = int(np.count_nonzero(~np.isfinite(table[:, -1])))
     remarks = [remark, f"{lost} of {len(table)} points are lost: holes" if lost else None]
     header = read_header(layout.header, (len(values), 1), table.shape[1], listed=of_points is not None)
+    remarks.append(_start((start,), of_points, header.xy_unit))
     return _with_header(values, header, header.spacing((len(values), 1), of_points), *remarks)
+
+
+def _start(start: tuple[float, ...], steps: tuple[float, ...] | None, unit: float | None) -> str | None:
+    """Return a remark on the first x and y of points, in `unit` (mm), unless that is 0: the place is not kept."""
+    if steps is None or all(abs(first) < step / 2 for first, step in zip(start, steps, strict=True)):
+        return None
+    places = [f"{first:.6g}" if unit is None else in_small_unit(first * unit) for first in start]
+    named = ", ".join(f"{axis} = {place}" for axis, place in zip("xy", places, strict=False))
+    return f"its points begin at {named}, from which crop counts"
 
 
 def _with_header(
@@ -106,8 +119,8 @@ def _with_header(
     if spacing is not None and header.xy_unit is not None:
         said += [f"spacing {' x '.join(in_small_unit(header.xy_unit * step) for step in spacing)}"]
     words = f"the file says: {', '.join(said)}" if said else None
-    told = tuple(remark for remark in (words, *remarks) if remark is not None)
-    return RawMap(values, spacing, header.unit, header.xy_unit, told)
+    told = tuple(remark for remark in (words, *header.remarks, *remarks) if remark is not None)
+    return RawMap(values, spacing, header.unit, header.xy_unit, told, header.stated, header.xy_stated)
 
 
 def _unit_text(unit: float) -> str:
@@ -229,9 +242,9 @@ def _not_a_number(field: str, line: int) -> ValueError:
     return ValueError(f"line {line} holds {shown(field.strip())}, which is no number; a lost point is empty or {LOST}")
 
 
-def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
-    """Return the numbers (rows, columns), NaN for lost points, and whether they have decimal commas."""
-    heights, columns, separator = array("d"), layout.columns, layout.separator
+def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, NDArray[np.intc], bool]:
+    """Return the numbers (rows, columns), NaN for lost points, their lines (rows,), and whether commas are decimal."""
+    heights, places, columns, separator = array("d"), array("i"), layout.columns, layout.separator
     most = MOST_HEIGHTS // columns * columns
     commas, points, used = False, False, 0
     for number, line in enumerate(itertools.islice(lines, len(layout.header), None), len(layout.header) + 1):
@@ -247,6 +260,7 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
             )
         if len(heights) >= most:
             raise ValueError(f"it has more than {MOST_HEIGHTS} heights; give a part of it")
+        places.append(number)
         heights.extend(_numbers(fields, number, plain="_" not in text))
         used = max(used, next((n for n in range(columns, used, -1) if fields[n - 1].strip()), 0))
         commas, points = commas or (separator != "," and "," in text), points or "." in text
@@ -254,7 +268,8 @@ def _table(lines: Iterator[str], layout: Layout) -> tuple[DoubleArray, bool]:
             raise ValueError(f"line {number}: it has decimal commas as well as points; write one of the two")
     table = np.frombuffer(heights).reshape(-1, columns)
     # One separator may end the lines of a matrix, several those of a list; more empty columns are lost points.
-    return table[:, : used if used <= 3 else max(used, columns - 1)], commas
+    kept = table[:, : used if used <= 3 else max(used, columns - 1)]
+    return kept, np.frombuffer(places, np.intc), commas
 
 
 def _numbers(fields: list[str], line: int, *, plain: bool) -> list[float]:

@@ -68,6 +68,11 @@ class TestAttributes:
             " µm ",
             "micrometers",
             "Âµm",
+            b"\xb5m",
+            np.array([b"\xb5m"], dtype=object),
+            "Micrometer",
+            "um (micrometers)",
+            "[um]",
         ],
     )
     def test_unit_of_any_string_type(self, tmp_path, text):
@@ -80,8 +85,19 @@ class TestAttributes:
     @pytest.mark.parametrize("text", ["counts", "V", "1", "mm^2"])
     def test_unit_that_is_no_length_is_told_and_not_used(self, tmp_path, text):
         raw = read(write_hdf5(tmp_path / "map.h5", {"units": text}))
-        assert raw.unit is None
+        assert (raw.unit, raw.stated) == (None, text)
         assert raw.remarks == (f"its unit {text!r} is no unit of length and is not used",)
+
+    @pytest.mark.parametrize(
+        ("other", "agrees"), [("micrometers", True), ("0.001 mm", True), ("nm", False), ("V", False)]
+    )
+    def test_two_units(self, tmp_path, other, agrees):
+        file = write_hdf5(tmp_path / "map.h5", {"unit": "um", "units": other})
+        if agrees:
+            assert read(file).unit == pytest.approx(1e-3, rel=1e-12)
+            return
+        with pytest.raises(ValueError, match=rf"^its attribute unit is 'um', units is '{other}'; remove the one that"):
+            read(file)
 
     @pytest.mark.parametrize("attributes", [{}, {"units": ""}, {"units": h5py.Empty("S4")}, {"units": 3}])
     def test_no_unit(self, tmp_path, attributes):
@@ -197,7 +213,7 @@ class TestScales:
     def test_unit_of_coordinates_that_is_no_length(self, tmp_path):
         file = with_scales(tmp_path / "map.h5", "xy", [0, 5, 10], [0, 2, 4, 6], {"x": "s"}, VALUES)
         raw = read(file, "z")
-        assert (raw.spacing, raw.xy_unit) == ((5.0, 2.0), None)
+        assert (raw.spacing, raw.xy_unit, raw.xy_stated) == ((5.0, 2.0), None, "s")
         assert raw.remarks == ("x: its unit 's' is no unit of length and is not used",)
 
     def test_coordinates_in_single_precision(self, tmp_path):
@@ -209,12 +225,24 @@ class TestScales:
         raw = read(with_scales(tmp_path / "map.h5", "yx", [0, 2, 4, 6], [0, 5, 10], {}), None)
         np.testing.assert_array_equal(raw.values, VALUES)
 
-    def test_attribute_counts_before_the_coordinates(self, tmp_path):
+    def test_attribute_that_contradicts_the_coordinates(self, tmp_path):
         file = with_scales(tmp_path / "map.h5", "xy", [0, 5, 10], [0, 2, 4, 6], {"x": "um", "y": "um"}, VALUES)
+        for spacing in ([0.005, 0.00201], [0.005, 0.0021]):
+            with h5py.File(file, "a") as stored:
+                stored["z"].attrs["spacing"] = spacing
+            if spacing[1] < 0.0021:  # within 1 %
+                assert (read(file, "z").spacing, read(file, "z").xy_unit) == ((0.005, 0.00201), 1.0)
+        message = "the spacing along y is 2.1 um, its coordinates that it is 2 um; remove what is wrong$"
+        with pytest.raises(ValueError, match=rf"^its attributes say that {message}"):
+            read(file, "z")
+
+    def test_attribute_counts_before_coordinates_without_a_unit(self, tmp_path):
+        file = with_scales(tmp_path / "map.h5", "xy", [0, 5, 10], [0, 2, 4, 6], {}, VALUES)
         with h5py.File(file, "a") as stored:
             stored["z"].attrs["spacing"] = [0.25, 0.5]
         raw = read(file, "z")
         assert (raw.spacing, raw.xy_unit) == ((0.25, 0.5), 1.0)
+        assert raw.remarks == ("its attributes give the spacing, not its coordinates, which have no unit",)
 
     @pytest.mark.parametrize("coordinates", [True, False])
     def test_file_of_netcdf4(self, tmp_path, coordinates):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +39,10 @@ Compression = 0
 DataType    = 7
 CheckType   = 0
 *
-0 1 2 3 10 11 12 13 20 21 22 24
+20 21 22 24 10 11 12 13 0 1 2 3
 *
 """
+"""Its first profile is at y = 0, the bottom (ISO 25178-71)."""
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +62,44 @@ def gwy(file: Path, channels: dict[str, tuple[str, Any]], mask: Any = None) -> P
         if mask is not None:
             container[f"/{number}/mask"] = writer.GwyDataField(np.array(mask, dtype=float), **sizes)
     container.tofile(str(file))
+    return file
+
+
+def al3d(file: Path) -> Path:
+    """Write IMAGE, row by row from the top; rows fill whole multiples of 8 bytes."""
+    tags = {"Version": "1", "TagCount": "6", "Cols": "4", "Rows": "3", "DepthImageOffset": "688"}
+    tags |= {"PixelSizeXMeter": "1e-5", "PixelSizeYMeter": "2e-5", "InvalidPixelValue": "NaN"}
+    head = b"AliconaImaging\0\r\n" + b"".join(
+        key.encode().ljust(20, b"\0") + value.encode().ljust(30, b"\0") + b"\r\n" for key, value in tags.items()
+    )
+    file.write_bytes(head.ljust(686, b"\0") + b"\r\n" + (1e-6 * IMAGE).astype("<f4").tobytes())
+    return file
+
+
+def sur(file: Path) -> Path:
+    """Write IMAGE, row by row from the top, as 16-bit numbers of 0.5 um."""
+    names = ["X", "Y", "Z", "mm", "mm", "um", "mm", "mm", "um"]
+    head = struct.pack(
+        "<12s4H60x5H8xH4iI3f", b"DIGITAL SURF", 0, 1, 2, 2, 0, 0, 0, 0, 0, 16, 0, 48, 4, 3, 12, 0.01, 0.02, 0.5
+    )
+    head += b"".join(name.encode().ljust(16) for name in names) + struct.pack("<3f", 1, 1, 1)
+    file.write_bytes(head.ljust(512, b"\0") + (2 * IMAGE).astype("<i2").tobytes())
+    return file
+
+
+def x3p(file: Path) -> Path:
+    """Write IMAGE, row by row."""
+    axes = "".join(
+        f"<{name}><AxisType>{kind}</AxisType><DataType>D</DataType><Increment>{step}</Increment></{name}>"
+        for name, kind, step in (("CX", "I", "1e-5"), ("CY", "I", "2e-5"), ("CZ", "A", "1"))
+    )
+    record = f"<Revision>ISO5436 - 2000</Revision><FeatureType>SUR</FeatureType><Axes>{axes}</Axes>"
+    size = "<SizeX>4</SizeX><SizeY>3</SizeY><SizeZ>1</SizeZ>"
+    link = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>"
+    last = f"<Record3><MatrixDimension>{size}</MatrixDimension>{link}</Record3>"
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("main.xml", f"<ISO5436_2><Record1>{record}</Record1>{last}</ISO5436_2>")
+        archive.writestr("bindata/data.bin", (1e-6 * IMAGE).tobytes())
     return file
 
 
@@ -93,6 +134,14 @@ class TestFormats:
         np.testing.assert_allclose(read.values, 1e-3 * MAP, rtol=1e-14)
         assert read.spacing == pytest.approx((0.01, 0.02), rel=1e-14)
 
+    @pytest.mark.parametrize("write", [al3d, sur, x3p])
+    def test_first_row_is_the_top(self, tmp_path, write):
+        read = load(write(tmp_path / f"map.{write.__name__}"))
+        np.testing.assert_allclose(read.values, 1e-3 * MAP, rtol=1e-6)
+        assert read.spacing == pytest.approx((0.01, 0.02), rel=1e-6)
+        untried = "which row of this format is the top was not tried: compare the sides with the instrument's picture"
+        assert read.remarks == ((untried,) if write is x3p else ())
+
     @pytest.mark.parametrize("void", ["-1.7976931348623157e308", "1e300", "nan", "BAD"])
     def test_lost_points_of_sdf(self, tmp_path, void):
         (tmp_path / "map.sdf").write_text(ASCII_SDF.replace("22 24", f"22 {void}"))
@@ -108,6 +157,13 @@ class TestFormats:
         read = load(tmp_path / "map.nc")
         np.testing.assert_allclose(read.values, 1e-3 * MAP, rtol=1e-14)
         assert read.spacing == pytest.approx((0.01, 0.02), rel=1e-14)
+
+    def test_unit_that_is_no_length(self, tmp_path):
+        from SurfaceTopography import Topography
+
+        Topography(MAP, (40.0, 60.0), unit="V").to_netcdf(str(tmp_path / "map.nc"))
+        with pytest.raises(CaseError, match=r"the file states its heights in 'V', which is no length; give unit$"):
+            load(tmp_path / "map.nc")
 
     def test_netcdf3_without_size_and_unit(self, tmp_path):
         from scipy.io import netcdf_file

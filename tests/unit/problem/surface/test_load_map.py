@@ -107,6 +107,43 @@ class TestAgreement:
         assert error.message.startswith(f"the spacing in 'map.h5' is {attributes['spacing']}; give that of the map's")
         assert load(file, dataset="z", spacing="1 mm", override=True).spacing == (1.0, 1.0)
 
+    def test_unit_that_is_no_length_needs_one_of_the_case(self, tmp_path):
+        file = stated(tmp_path / "map.h5", unit="counts")
+        error = refused(file, dataset="z")
+        assert error.key == (*KEY, "unit")
+        assert error.message == "the file states its heights in 'counts', which is no length; give unit"
+        np.testing.assert_allclose(load(file, dataset="z", unit="nm").values, 1e-3 * VALUES, rtol=1e-14)
+
+    def test_unit_of_coordinates_that_is_no_length_needs_one_of_the_case(self, tmp_path):
+        with h5py.File(tmp_path / "map.h5", "w") as file:
+            file["z"] = VALUES
+            for axis, name in enumerate("xy"):
+                file[name] = 100.0 * np.arange(VALUES.shape[axis])
+                file[name].attrs["units"] = "s"
+                file[name].make_scale(name)
+                file["z"].dims[axis].attach_scale(file[name])
+        error = refused(tmp_path / "map.h5", dataset="z", unit="um")
+        assert error.key == (*KEY, "xy_unit")
+        assert error.message == "the file states its x and y in 's', which is no length; give xy_unit"
+        assert load(tmp_path / "map.h5", dataset="z", xy_unit="um").spacing == pytest.approx((0.1, 0.1), rel=1e-14)
+        keys = {"spacing": "0.3 mm", "override": True}
+        assert load(tmp_path / "map.h5", dataset="z", **keys).spacing == (0.3, 0.3)
+
+    def test_coefficients_have_no_unit(self, tmp_path):
+        file = stated(tmp_path / "map.h5")
+        with pytest.raises(CaseError) as caught:
+            load_value_map(file, MapKeys(dataset="z"), ("friction",), line=False)
+        assert caught.value.key == ("friction", "map")
+        assert caught.value.message == (
+            "the file states lengths (in units of 1 um), coefficients have no unit; give a file of coefficients, or add"
+            " override: true if it is one"
+        )
+        read = load_value_map(file, MapKeys(dataset="z", override=True), ("friction",), line=False)
+        np.testing.assert_array_equal(read.values, 1e3 * VALUES)
+        for unit in ("1", ""):
+            file = stated(tmp_path / "map.h5", unit=unit)
+            assert load_value_map(file, MapKeys(dataset="z"), ("friction",), line=False).values.max() == 23.0
+
     def test_missing_spacing(self, tmp_path):
         error = refused(saved(tmp_path / "map.npy"))
         assert error.key == (*KEY, "spacing")

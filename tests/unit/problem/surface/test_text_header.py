@@ -121,6 +121,43 @@ class TestFormats:
         assert np.isnan(found.values[1, 0])
         assert found.spacing == (2.0, 2.0)
 
+    def test_number_for_lost_points_leaves_coordinates(self, read):
+        found = read("NODATA_value 0\n0 0 1\n1 0 2\n0 2 0\n1 2 4\n")
+        np.testing.assert_array_equal(found.values, [[1.0, np.nan], [2.0, 4.0]])
+        found = read("NODATA_value 0\n0 5\n1 0\n2 7\n", line=True)
+        np.testing.assert_array_equal(found.values, [5.0, np.nan, 7.0])
+
+    @pytest.mark.parametrize(
+        ("line", "unit"),
+        [
+            ("# units metres", 1e3),
+            ("# unit um", 1e-3),
+            ("z units Micrometers", 1e-3),
+            ("units: Å", 1e-7),
+            ("units: angstrom", 1e-7),
+            ("units: um (micrometers)", 1e-3),
+            ("units: metres", 1e3),
+            ("z unit\tÂµm", 1e-3),
+        ],
+    )
+    def test_unit(self, read, line, unit):
+        found = read(f"{line}\n{ROWS}")
+        assert found.unit == pytest.approx(unit, rel=1e-12)
+        assert not any("understood" in remark for remark in found.remarks)
+
+    def test_unit_that_is_no_length(self, read):
+        found = read(f"Value units: V\nunit: um\nxy unit: s\nspacing: 2\n{ROWS}")
+        assert (found.unit, found.xy_unit, found.stated, found.xy_stated) == (None, None, "V", "s")
+        found = read(f"Value units: px\nxy unit: s\nspacing: 2 um\n{ROWS}")
+        assert (found.unit, found.stated, found.xy_stated) == (None, "", "")
+        assert in_um(found) == pytest.approx([2.0, 2.0], rel=1e-12)
+
+    @pytest.mark.parametrize("line", ["# all values in metres", "units are um or so", "x length in micrometers: 5"])
+    def test_line_on_units_that_is_not_understood_is_told(self, read, line):
+        found = read(f"title\n{line}\n{ROWS}")
+        assert (found.unit, found.xy_unit) == (None, None)
+        assert found.remarks == (f"line 2 is not understood: {line!r}",)
+
     def test_profile(self, read):
         found = read("Height [nm]\nspacing: 1 um\n1\n2\n4\n", line=True)
         assert (in_um(found), found.unit) == (pytest.approx([1.0]), pytest.approx(1e-6))
@@ -160,7 +197,6 @@ class TestHeadings:
     [
         (KEYENCE.replace('"4"', '"5"'), "line 9 says that it has 5 columns, it has 4"),
         (SPIP + "\n1\t2\t3\t4", "line 4 says that it has 2 rows, it has 3"),
-        (f"Value units: V\n{ROWS}", "line 1 gives 'V' as its z unit; a length such as um is needed, or no such line"),
         (f"unit: um\n\nunit: mm\n{ROWS}", "line 1 gives 'um' as its unit, line 3 'mm'; remove the wrong line"),
         (
             f"# Width: 10 um\nspacing: 3 um\n{ROWS}",

@@ -139,6 +139,26 @@ class TestProfile:
         )
 
 
+class TestStart:
+    """Where the points of a list begin is told, since `crop` counts from there."""
+
+    @pytest.mark.parametrize(
+        ("header", "start"), [("x [mm] y [mm] z [um]", "x = 1 mm, y = -4 mm"), ("", "x = 1, y = -4")]
+    )
+    def test_of_a_map(self, tmp_path, header, start):
+        found = read(tmp_path, f"{header}\n1 -4 1\n2 -4 2\n1 -2 3\n2 -2 4\n")
+        assert found.remarks[-1] == f"its points begin at {start}, from which crop counts"
+
+    def test_of_a_profile(self, tmp_path):
+        assert read(tmp_path, "3 1\n4 2\n5 3\n", line=True).remarks == (
+            "its points begin at x = 3, from which crop counts",
+        )
+
+    def test_at_zero(self, tmp_path):
+        assert read(tmp_path, "0 0 1\n1 0 2\n0 2 3\n1 2 4\n").remarks == ()
+        assert read(tmp_path, "0 1\n1 2\n2 3\n", line=True).remarks == ()
+
+
 class TestFaults:
     @pytest.mark.parametrize(
         ("text", "message"),
@@ -166,6 +186,12 @@ class TestFaults:
     @pytest.mark.parametrize("line", [False, True])
     def test_are_told_with_their_line(self, tmp_path, text, message, line):
         assert refusal(tmp_path, text, line=line).startswith(message)
+
+    def test_of_lists_are_told_with_their_line(self, tmp_path):
+        points = "# x y z\n\n0 0 1\n1 0 2\n\n0 1 3\n1 1 4\n"
+        assert refusal(tmp_path, points + "1 0 5\n").endswith(": lines 4 and 8 give one place, x = 1, y = 0")
+        assert refusal(tmp_path, points + "nan 0 5\n") == "line 8 has a height, but its x or y is lost"
+        assert refusal(tmp_path, "x z\n0 1\n\n2 1\n2 3\n", line=True).startswith("lines 4 and 5 have the same x, 2;")
 
     def test_no_header_is_endless(self, tmp_path):
         assert refusal(tmp_path, "words\n" * 1001) == "its first 1000 lines hold no numbers"
