@@ -192,8 +192,6 @@ class FrictionSpec(MapKeys, FrictionByPlace):
             raise refused("two coefficients cannot stand beside shear_limit or exponent; give one coefficient")
         if (self.exponent is None) != (self.reference_pressure is None):
             raise refused("exponent and reference_pressure belong together; give both or neither")
-        if self.map is not None:
-            self.require_dataset(self.map)
         return self
 
     @classmethod

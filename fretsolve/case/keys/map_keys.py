@@ -53,11 +53,6 @@ class MapKeys(CaseModel):
         default=None, description="directions in which the map is mirrored, after transpose", examples=["y", ["x", "y"]]
     )
 
-    def require_dataset(self, file: Path) -> None:
-        """Refuse an HDF5 file without the name of a dataset in it."""
-        if self.dataset is None and file.suffix.lower() in HDF5_SUFFIXES:
-            raise refused(f"dataset is missing; the name of one in the HDF5 file {file.name!r} is needed")
-
 
 class HeightsFile(CaseModel):
     """The file of a map, and what its values are."""
@@ -67,6 +62,9 @@ class HeightsFile(CaseModel):
         default=None,
         description="length unit of the values in the file, unless it gives one; default mm",
         examples=["um"],
+    )
+    lost: Annotated[float, InUnits(NUMBER)] | None = Field(
+        default=None, description="value in the file that stands for lost points", examples=[-32768]
     )
     height_range: PositiveLength | None = Field(
         default=None, description="largest less smallest value, as a check of the unit", examples=["12 um"]
@@ -114,7 +112,6 @@ class HeightsSurface(Placed, MapKeys, HeightsFile):
 
     @model_validator(mode="after")
     def _keys_fit(self) -> Self:
-        self.require_dataset(self.file)
         if self.crop is not None:
             half, wanted = (
                 (1, "[x0, x1] with x0 < x1") if self.of_line else (2, "[x0, y0, x1, y1] with x0 < x1, y0 < y1")

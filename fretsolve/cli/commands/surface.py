@@ -11,7 +11,7 @@ from fretsolve.case.loading import CaseText, validated
 from fretsolve.case.source import CaseSource, Place
 from fretsolve.cli.commands.plot import picture_format, require_matplotlib, write_picture
 from fretsolve.cli.map_summary import map_lines
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, CaseErrors, together
 from fretsolve.post.plots.sheet import Sheet
 from fretsolve.problem.surface.load_map import load_height_map
 from fretsolve.problem.surface.map_measures import measures_of, point_warnings
@@ -30,13 +30,14 @@ def describe_map(file: Path, overrides: Sequence[str], profile: bool, picture: P
     data = {"file": str(file.absolute())}
     source = CaseSource(file, "", Place(1), data=data)
     text = CaseText(data, source).overridden(overrides)
-    heights = validated(LineHeights if profile else HeightsSurface, text.data, text.source, text.problems)
     try:
+        heights = validated(LineHeights if profile else HeightsSurface, text.data, text.source, text.problems)
         found = load_height_map(heights, ())
-    except CaseError as error:
-        raise text.source.problem(error.message, error.key) from None
+    except CaseError as error:  # keys stand on the command line and not in a line of the file
+        problems = error.problems if isinstance(error, CaseErrors) else (error,)
+        raise together([CaseError(one.message, one.key, file) for one in problems]) from None
     print(*map_lines(found), sep="\n", flush=True)
-    print_warnings(file, *point_warnings(measures_of(found)))
+    print_warnings(file, *found.doubts, *point_warnings(measures_of(found)))
     if picture is not None:
         from fretsolve.post.plots.canvas import rendered
         from fretsolve.post.plots.pictures.surfaces import ShownMap, draw_maps

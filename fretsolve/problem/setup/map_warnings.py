@@ -21,14 +21,13 @@ def about_maps(setup: ProblemSetup) -> Iterator[str]:
     from fretsolve.problem.surface.map_measures import measures_of, point_warnings  # other cases do not need it
 
     grid, heights, rough = setup.grid, setup.heights(), "height map" if "heights" in kinds else "roughness"
-    if (slope := heights.slope()) > 1.0:  # then something is wrong, rather than rough
-        advice = "; are unit and spacing right, and missing points nan?" if "heights" in kinds else ""
+    if "roughness" in kinds and (slope := heights.slope()) > 1.0:
         yield (
             f"surface: the root mean square slope of the {rough} is {slope:.2g}: half-spaces and linear elasticity hold"
-            f" for slopes small against 1{advice}"
+            " for slopes small against 1"
         )
     for place, height_map in placed_maps(setup.case.surface):
-        for text in point_warnings(measures_of(height_map)):
+        for text in (*height_map.doubts, *point_warnings(measures_of(height_map))):
             yield f"{_typed_map(setup, place)}: {text}"
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
         resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))

@@ -29,13 +29,14 @@ class HeightMap:
     """Separation `values` (mx, my) in mm, NaN in holes, at points `spacing` (mm) apart about the origin.
 
     mean: whether a cell takes the mean over its area, and not the height at its centre; remarks: what was found and
-    done on the way here, for users.
+    done on the way here, for users; doubts: what they are warned of.
     """
 
     values: DoubleArray
     spacing: tuple[float, float]
     mean: bool = False
     remarks: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def span(self) -> tuple[float, float]:

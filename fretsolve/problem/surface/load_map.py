@@ -69,11 +69,17 @@ def _prepared(source: HeightsSurface, key: KeyPath, size: int, changed: int) -> 
     raw = _oriented(read_map(source.file, source, key, line=source.of_line), source)
     _require_length("heights", raw.stated, source.unit, (*key, "unit"))
     unit = _agreed("the unit of its values", source.unit, raw.unit, source, (*key, "unit")) or 1.0
+    doubts = raw.doubts
+    if source.unit is None and raw.unit is None:
+        doubts = (*doubts, "the values count as mm, since neither the file nor the case gives their unit")
     values = _checked(raw.values, source.file, (*key, "file"), line=source.of_line)
+    if source.lost is not None:
+        values[values == source.lost] = np.nan
+        _require_heights(values, source.file, (*key, "lost"))
     spacing = _spacing(raw, unit, source, source.file, key)
     values *= -unit if source.invert else unit
     _require_plausible(values, spacing, source, key)
-    done = prepared(HeightMap(values, spacing, source.resample == "mean", raw.remarks), source, key)
+    done = prepared(HeightMap(values, spacing, source.resample == "mean", raw.remarks, doubts), source, key)
     done.values.flags.writeable = False
     return done
 
@@ -85,7 +91,7 @@ def load_value_map(file: Path, keys: MapKeys, key: KeyPath, *, line: bool) -> He
         message = f"the file states lengths (in units of {_length(raw.unit)}), coefficients have no unit"
         raise CaseError(f"{message}; give a file of coefficients, or add override: true if it is one", (*key, "map"))
     values = _checked(raw.values, file, (*key, "file"), line=line)
-    return HeightMap(values, _spacing(raw, 1.0, keys, file, key), remarks=raw.remarks)
+    return HeightMap(values, _spacing(raw, 1.0, keys, file, key), remarks=raw.remarks, doubts=raw.doubts)
 
 
 def read_map(file: Path, keys: MapKeys, key: KeyPath, *, line: bool) -> RawMap:
@@ -132,7 +138,7 @@ def _agreed(what: str, of_case: float | None, of_file: float | None, keys: MapKe
         return of_file if of_case is None else of_case
     if abs(of_file - of_case) > AGREEMENT * of_case:
         raise CaseError(
-            f"the file says that {what} is {_length(of_file)}, the case that it is {_length(of_case)}; remove the key,"
+            f"{what} is {_length(of_file)} by the file, {_length(of_case)} by the case; remove the key,"
             " or add override: true if the file is wrong",
             key,
         )
@@ -194,11 +200,15 @@ def _checked(values: NDArray[Any], file: Path, key: KeyPath, *, line: bool) -> D
     if values.dtype.kind not in "iuf":
         raise CaseError(f"{file.name!r} holds values of type {values.dtype}; real numbers are needed", key)
     checked: DoubleArray = np.array(values, np.float64, order="C")
-    finite = np.isfinite(checked)
-    if not finite.any():
-        raise CaseError(f"{file.name!r} holds no finite height; at least one is needed", key)
-    checked[~finite] = np.nan
+    checked[~np.isfinite(checked)] = np.nan
+    _require_heights(checked, file, key)
     return checked
+
+
+def _require_heights(values: DoubleArray, file: Path, key: KeyPath) -> None:
+    """Refuse a map of lost points alone."""
+    if np.isnan(values).all():
+        raise CaseError(f"{file.name!r} holds no finite height; at least one is needed", key)
 
 
 def _require_plausible(values: DoubleArray, spacing: Sequence[float], source: HeightsSurface, key: KeyPath) -> None:
@@ -220,7 +230,7 @@ def _require_plausible(values: DoubleArray, spacing: Sequence[float], source: He
             )
     elif found > span and not source.override:
         raise CaseError(
-            f"the heights in {name!r} range over {_length(found)} on a map of {_length(span)}; give their unit, or"
-            " add override: true if that is so",
+            f"the heights in {name!r} range over {_length(found)} on a map of {_length(span)}; give their unit,"
+            " or lost where lost points stand as numbers, or override: true if that is so",
             (*key, "unit"),
         )

@@ -21,6 +21,9 @@ from fretsolve.system.arrays import DoubleArray
 SHORT_SHARE = 0.01
 """Share of the mean square slope that lies beyond the shortest wave."""
 
+STEEP = 0.5
+"""Root mean square slope above which a map is likelier misread than rough."""
+
 ADVISED_POINTS = 10
 """Points per wave with which differences show 98 % of its slope."""
 
@@ -104,13 +107,19 @@ def spectrum(height_map: HeightMap, axis: int) -> tuple[DoubleArray, DoubleArray
 
 
 def point_warnings(measures: MapMeasures) -> tuple[str, ...]:
-    """Return a warning if the map has too few points per shortest wave."""
+    """Return warnings of a map that is steep, and of too few points per shortest wave."""
+    steep: tuple[str, ...] = ()
+    if measures.sdq > STEEP:
+        steep = (
+            f"its root mean square slope is {measures.sdq:.2g}: half-spaces and linear elasticity hold for slopes small"
+            " against 1; are unit and spacing right, and missing points nan?",
+        )
     waves = zip(measures.shortest_waves, measures.spacing, strict=False)
     points, wave = min(((wave / step, wave) for wave, step in waves if not math.isnan(wave)), default=(math.inf, 0.0))
     if points >= ADVISED_POINTS:
-        return ()
+        return steep
     found = f"the shortest wave of the map, {in_small_unit(wave, 2)}, has {points:.2g} points"
-    return (f"{found}; ten are needed for its slope",)
+    return (*steep, f"{found}; ten are needed for its slope")
 
 
 def _axes(height_map: HeightMap) -> tuple[int, ...]:

@@ -56,7 +56,8 @@ def cropped(height_map: HeightMap, corners: Sequence[float], key: KeyPath) -> He
     part = [slice(None), slice(None)]
     for axis, (low, high) in enumerate(zip(corners[:axes], corners[axes:], strict=True)):
         step, last = height_map.spacing[axis], height_map.values.shape[axis] - 1
-        if low < -SNAP * step or high > (last + SNAP) * step:
+        # as far as a point beyond the last one: programs give the width of all pixels
+        if low < -SNAP * step or high > (last + 1.0 + SNAP) * step:
             spans = " x ".join(f"{span:g}" for span in height_map.span[:axes])
             raise CaseError(f"the part {list(corners)} mm is not all on the map, which spans {spans} mm", key)
         part[axis] = slice(math.ceil(low / step - SNAP), math.floor(high / step + SNAP) + 1)
@@ -127,8 +128,18 @@ def levelled(height_map: HeightMap, name: str, key: KeyPath) -> HeightMap:
         remark = f"level: {name} taken off, {_several('tilt', [round(tilt, 7) + 0.0 for tilt in form.tilts], '')}"
     if form.curvatures:
         radii = [1.0 / curvature if curvature else math.inf for curvature in form.curvatures]
-        remark += f", {_several('radius', radii, ' mm')}"
-    return _changed(height_map, height_map.values - form.heights, remark)
+        remark += f", {_several('radius', radii, ' mm')} of the paraboloid"
+    done = _changed(height_map, height_map.values - form.heights, remark)
+    if name == "sphere" and form.curvatures[0]:
+        # a sphere of radius R rises by r^4/8R^3 above its paraboloid
+        rise = (0.5 * math.hypot(*height_map.span)) ** 4 * abs(form.curvatures[0]) ** 3 / 8.0
+        if rise > float(np.nanstd(done.values)):
+            doubt = (
+                f"the map is so wide that a sphere of its radius is no paraboloid, by {in_small_unit(rise, 2)} in its"
+                " corners; crop it, or level its quadratic form"
+            )
+            done = replace(done, doubts=(*done.doubts, doubt))
+    return done
 
 
 def filtered(height_map: HeightMap, cutoff: float, key: KeyPath, *, keep_long: bool) -> HeightMap:

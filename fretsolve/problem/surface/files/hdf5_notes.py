@@ -48,12 +48,16 @@ class Attributes:
         found = (self.values(name) for name in names)
         return next((one[0] for one in found if len(one) == 1 and isinstance(one[0], str) and one[0]), None)
 
+    def said(self, name: str) -> str:
+        """Return an attribute as a text, whatever it holds; empty without one."""
+        return ", ".join(map(str, self.values(name)))
+
     def unit(self, *names: str) -> tuple[float | None, str, list[str]]:
         """Return the mm of the unit that these attributes state, or None and what they state instead; and remarks.
 
         Raises ValueError if one contradicts another.
         """
-        texts = {name: text for name in names if (text := self.text(name)) is not None}
+        texts = {name: text for name in names if (text := self.said(name))}
         if not texts:
             return None, "", []
         first, stated = next(iter(texts.items()))

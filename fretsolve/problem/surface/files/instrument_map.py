@@ -100,7 +100,7 @@ def _read(reader: Any, dataset: str | None, file: Path, key: KeyPath, *, upwards
         remarks.append(f"its unit {shown(stated)} is not known" if stated else "it states no unit")
     spacing = None if size is None else tuple(float(a) / n for a, n in zip(surface.physical_sizes, points, strict=True))
     flipped = values if upwards or values.ndim == 1 else values[:, ::-1]
-    return RawMap(flipped, spacing, unit, unit, tuple(remarks), stated, stated)
+    return RawMap(flipped, spacing, unit, unit, tuple(remarks), (), stated, stated)
 
 
 def _channel(reader: Any, dataset: str | None, file: Path, key: KeyPath) -> tuple[Any, list[str]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -76,6 +78,13 @@ def evened(points: DoubleArray, lines: NDArray[np.integer]) -> tuple[DoubleArray
         raise ValueError(
             f"lines {first} and {second} have the same x, {x[at]:g}; a profile x z has one height for each x"
         )
+    with suppress(ValueError):  # points of an even line, of which some are missing
+        place, count, step = _places(x, "x", lines[order])
+        if np.unique(place).size == len(x) and np.abs(x - x[0] - step * place).max() <= EVEN * step:
+            values = np.full(count, np.nan)
+            values[place] = z
+            missing = count - len(x)
+            return values, step, f"{missing} of {count} points are missing: holes" if missing else None
     even = np.linspace(x[0], x[-1], len(x))
     step = float((x[-1] - x[0]) / (len(x) - 1))
     if np.abs(x - even).max() <= EVEN * step:

@@ -24,8 +24,9 @@ class RawMap:
     values: (mx, my), the first index along x, the second along y, upwards; (n,) of a profile along x; not finite where
     points are lost. spacing: between points along x and y, or one for both, in `xy_unit`; None unless the file has it.
     unit, xy_unit: mm of a unit of the values and of the spacing; None unless the file states them. remarks: what the
-    reader found and did, such as how many points are missing, for `validate`. stated, xy_stated: what the file states
-    instead of these units, if that is no length.
+    reader found and did, such as how many points are missing, for `validate`. doubts: of what
+    the values mean, to be warned of. stated, xy_stated: what the file states instead of these units, if that is no
+    length.
     """
 
     values: NDArray[Any]
@@ -33,5 +34,6 @@ class RawMap:
     unit: float | None = None
     xy_unit: float | None = None
     remarks: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     stated: str = ""
     xy_stated: str = ""

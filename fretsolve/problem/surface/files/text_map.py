@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.case.quantities import shown
 from fretsolve.problem.surface.files.point_lists import evened, gridded
-from fretsolve.problem.surface.files.raw_map import MOST_HEIGHTS, RawMap
+from fretsolve.problem.surface.files.raw_map import AGREEMENT, MOST_HEIGHTS, RawMap
+from fretsolve.problem.surface.files.text_doubts import comma_doubt, label_doubt, require_no_points
 from fretsolve.problem.surface.files.text_header import Header, lost_number, read_header, unquoted
 from fretsolve.system.arrays import DoubleArray
 
@@ -65,25 +66,35 @@ def read_text(file: Path, *, line: bool) -> RawMap:
         heights = table[:, -1:] if table.shape[1] == (2 if line else 3) else table  # coordinates may have that value
         heights[heights == lost] = np.nan
     raw = _profile(table, lines, layout) if line and table.shape[1] <= 2 else _map(table, lines, layout, line=line)
-    return replace(raw, remarks=(*raw.remarks, *(["decimal commas"] if commas else [])))
+    first = len(layout.header)
+    some = itertools.islice(enumerate(_lines_of(file, encoding), 1), first, first + MOST_HEADER_LINES)
+    doubt = comma_doubt(some, layout.separator)
+    doubts = raw.doubts if doubt is None else (*raw.doubts, doubt)
+    return replace(raw, remarks=(*raw.remarks, *(["decimal commas"] if commas else [])), doubts=doubts)
 
 
 def _map(table: DoubleArray, lines: NDArray[np.intc], layout: Layout, *, line: bool) -> RawMap:
     """Return the map of a matrix, or of points x y z."""
     remark: str | None
-    of_points, start = None, (0.0, 0.0)
+    of_points, start, doubts = None, (0.0, 0.0), []
     if table.shape[1] == 2:
         raise ValueError("its 2 columns are x and z of a profile, for plane: strain; a map has more columns, or x y z")
     if table.shape[1] == 3 and not line:
         values, of_points, start, remark = gridded(table, lines)
     else:
+        require_no_points(table, lines)
+        doubts.append(label_doubt(table))
         values = table[::-1].T
         lost = int(np.count_nonzero(~np.isfinite(values)))
         remark = f"{lost} of {values.size} points are lost: holes" if lost else None
     shape = (values.shape[0], values.shape[1])
     header = read_header(layout.header, shape, table.shape[1], listed=of_points is not None)
     spacing = header.spacing(shape, of_points)
-    return _with_header(values, header, spacing, remark, _start(start, of_points, header.xy_unit))
+    x, y = spacing if spacing is not None and of_points is None and len(spacing) == 2 else (1.0, 1.0)
+    if not math.isclose(x, y, rel_tol=AGREEMENT):
+        doubts.append(f"the points of the header lie {x:g} apart along x, {y:g} along y; is the file cut short?")
+    raw = _with_header(values, header, spacing, remark, _start(start, of_points, header.xy_unit))
+    return replace(raw, doubts=tuple(doubt for doubt in doubts if doubt is not None))
 
 
 def _profile(table: DoubleArray, lines: NDArray[np.intc], layout: Layout) -> RawMap:
@@ -120,7 +131,8 @@ def _with_header(
         said += [f"spacing {' x '.join(in_small_unit(header.xy_unit * step) for step in spacing)}"]
     words = f"the file says: {', '.join(said)}" if said else None
     told = tuple(remark for remark in (words, *header.remarks, *remarks) if remark is not None)
-    return RawMap(values, spacing, header.unit, header.xy_unit, told, header.stated, header.xy_stated)
+    unknown = header.stated, header.xy_stated
+    return RawMap(values, spacing, header.unit, header.xy_unit, told, (), *unknown)
 
 
 def _unit_text(unit: float) -> str:

@@ -69,7 +69,6 @@ def test_what_varies_is_known(tmp_path):
         ("{cycles: [[1, -1]]}", "friction.cycles.0.1: -1 is out of range"),
         ("{expression: 'q'}", "friction.expression: 'q': 'q' is not allowed; numbers, "),
         ("{map: 3}", "friction.map: 3 is not the name of a file; one such as 'mu.npy' is needed"),
-        ("{map: a.h5}", "friction: dataset is missing; the name of one in the HDF5 file 'a.h5' is needed"),
         (
             "{velocity: 3}",
             "friction.velocity: unknown key 'velocity'; the solution is quasi-static, without velocity, time",

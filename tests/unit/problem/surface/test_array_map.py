@@ -99,10 +99,15 @@ class TestAttributes:
         with pytest.raises(ValueError, match=rf"^its attribute unit is 'um', units is '{other}'; remove the one that"):
             read(file)
 
-    @pytest.mark.parametrize("attributes", [{}, {"units": ""}, {"units": h5py.Empty("S4")}, {"units": 3}])
+    @pytest.mark.parametrize("attributes", [{}, {"units": ""}, {"units": h5py.Empty("S4")}])
     def test_no_unit(self, tmp_path, attributes):
         raw = read(write_hdf5(tmp_path / "map.h5", attributes))
         assert (raw.unit, raw.remarks) == (None, ())
+
+    @pytest.mark.parametrize(("units", "stated"), [(3, "3"), (["um", "um"], "um, um"), ("counts", "counts")])
+    def test_what_is_no_unit_is_kept_to_be_refused(self, tmp_path, units, stated):
+        raw = read(write_hdf5(tmp_path / "map.h5", {"units": units}))
+        assert (raw.unit, raw.stated) == (None, stated)
 
     @pytest.mark.parametrize(
         ("attributes", "spacing", "unit"),

@@ -57,22 +57,20 @@ class TestAgreement:
     @pytest.mark.parametrize(
         ("keys", "place", "said"),
         [
-            ({"unit": "mm"}, "unit", "the unit of its values is 1 um, the case that it is 1 mm"),
-            ({"xy_unit": "nm"}, "xy_unit", "the unit of x and y is 1 um, the case that it is 1 nm"),
+            ({"unit": "mm"}, "unit", "the unit of its values is 1 um by the file, 1 mm by the case"),
+            ({"xy_unit": "nm"}, "xy_unit", "the unit of x and y is 1 um by the file, 1 nm by the case"),
             (
                 {"spacing": ["102 um", "200 um"]},
                 "spacing",
-                "its spacing along x is 0.1 mm, the case that it is 0.102 mm",
+                "its spacing along x is 0.1 mm by the file, 0.102 mm by the case",
             ),
-            ({"spacing": "0.1 mm"}, "spacing", "its spacing along y is 0.2 mm, the case that it is 0.1 mm"),
+            ({"spacing": "0.1 mm"}, "spacing", "its spacing along y is 0.2 mm by the file, 0.1 mm by the case"),
         ],
     )
     def test_contradiction(self, tmp_path, keys, place, said):
         error = refused(stated(tmp_path / "map.h5"), dataset="z", **keys)
         assert error.key == (*KEY, place)
-        assert error.message == (
-            f"the file says that {said}; remove the key, or add override: true if the file is wrong"
-        )
+        assert error.message == (f"{said}; remove the key, or add override: true if the file is wrong")
 
     def test_override_lets_the_case_win(self, tmp_path):
         keys = {"unit": "nm", "spacing": ["1 um", "2 um"], "override": True}
@@ -157,8 +155,8 @@ class TestPlausibility:
         error = refused(saved(tmp_path / "map.npy", 1e3 * VALUES), spacing="1 mm")
         assert error.key == (*KEY, "unit")
         assert error.message == (
-            "the heights in 'map.npy' range over 23 mm on a map of 3 mm; give their unit, or add override: true if"
-            " that is so"
+            "the heights in 'map.npy' range over 23 mm on a map of 3 mm; give their unit, or lost where lost"
+            " points stand as numbers, or override: true if that is so"
         )
         assert load(tmp_path / "map.npy", spacing="1 mm", override=True).values.max() == 23.0
 
@@ -254,3 +252,15 @@ class TestFaults:
         (tmp_path / "map.npy").mkdir()
         with pytest.raises(FileError, match="is a folder"):
             load(tmp_path / "map.npy", spacing=1)
+
+
+class TestLost:
+    def test_a_number_that_stands_for_lost_points(self, tmp_path):
+        values = np.array([[0.0, 1.0, -32768.0], [1.0, 2.0, 0.0], [1.0, 1.0, 1.0]])
+        found = load(saved(tmp_path / "map.npy", values), spacing="1 mm", unit="um", lost=-32768)
+        assert np.argwhere(np.isnan(found.values)).tolist() == [[0, 2]]
+        assert found.doubts == ()
+
+    def test_the_unit_that_nobody_states_is_doubted(self, tmp_path):
+        found = load(saved(tmp_path / "map.npy", VALUES), spacing="1 mm")
+        assert found.doubts == ("the values count as mm, since neither the file nor the case gives their unit",)

@@ -90,8 +90,8 @@ class TestCrop:
 
     def test_faults(self):
         flat = HeightMap(np.zeros((6, 10)), (0.1, 0.2))
-        off = "the part [0.0, 0.0, 0.6, 1.0] mm is not all on the map, which spans 0.5 x 1.8 mm"
-        assert refused(flat, "crop", crop=["0 mm", "0 mm", "0.6 mm", "1 mm"]) == off
+        off = "the part [0.0, 0.0, 0.7, 1.0] mm is not all on the map, which spans 0.5 x 1.8 mm"
+        assert refused(flat, "crop", crop=["0 mm", "0 mm", "0.7 mm", "1 mm"]) == off
         few = refused(flat, "crop", crop=["0.11 mm", "0 mm", "0.29 mm", "1 mm"])
         assert few.endswith("mm holds 1 x 6 points, 0.1 mm x 0.2 mm apart; at least 2 x 2 are needed")
         lost = with_holes(flat, (slice(0, 3), slice(None)))
@@ -235,7 +235,10 @@ class TestLevel:
     def test_profile(self):
         x = cell_centers(41, 0.01, 0.0)[:, None]
         profile = HeightMap((x - 0.08) ** 2 / 20.0 + 0.01 * x, (0.01, 0.01))
-        for form, said in (("sphere", "radius 10 mm"), ("quadratic", "radius 10 mm")):
+        for form, said in (
+            ("sphere", "radius 10 mm of the paraboloid"),
+            ("quadratic", "radius 10 mm of the paraboloid"),
+        ):
             result = done(profile, level=form)
             assert result.remarks == (f"level: {form} taken off, tilt 0.002, {said}",)
             assert np.max(np.abs(result.values)) < 1e-16

@@ -102,9 +102,7 @@ class TestMatrix:
         found = load_height_map(HeightsSurface(file=str(file)), ("heights",))
         assert found.spacing == pytest.approx((0.0025, 0.002), rel=1e-12)
         np.testing.assert_allclose(found.values[:, 1], [1e-6, 2e-6, 3e-6, 4e-6], rtol=1e-12)
-        with pytest.raises(
-            CaseError, match=r"the file says that its spacing along x is 2.5 um, the case that it is 5 um"
-        ):
+        with pytest.raises(CaseError, match=r"its spacing along x is 2.5 um by the file, 5 um by the case"):
             load_height_map(HeightsSurface(file=str(file), spacing="5 um"), ("heights",))
 
 
