@@ -123,6 +123,7 @@ def test_second_signal_stops_at_once(case: Path, uninterrupted: Path) -> None:
     assert_same_result(case.with_suffix(".h5"), uninterrupted)
 
 
+@pytest.mark.slow
 def test_second_run_on_the_same_output_is_refused(case: Path) -> None:
     with start_and_wait(case) as process:
         process.send_signal(signal.SIGSTOP)
@@ -317,6 +318,7 @@ def test_too_low_a_limit_of_open_files(case: Path, files: int) -> None:
     assert code == 0 or "Too many open files" in messages
 
 
+@pytest.mark.slow
 def test_two_sweeps_at_once_in_one_folder(tmp_path: Path) -> None:
     """Whichever takes a case first, all have their results in the end, as if one process had worked."""
     path = write_sweep(tmp_path)

@@ -39,6 +39,7 @@ def heaps(data: bytes) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 def test_attributes_of_a_map_that_hang_hdf5(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hdf5_files, "TRIAL_SECONDS", 1)
     case = heights_case(out.parent, out.name, ", dataset: fields/x")

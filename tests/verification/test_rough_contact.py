@@ -62,6 +62,7 @@ def mean_and_error(values: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray
     return np.mean(values, axis=0), np.std(values, axis=0, ddof=1) / math.sqrt(len(values))
 
 
+@pytest.mark.slow
 def test_area_is_proportional_to_the_load_within_the_literature():
     parts, raw, corrected = zip(*(kappa(256, 32, seed, SIDE / 8) for seed in range(1, 7)), strict=True)
     assert np.min(parts) > 0.01 and np.max(parts) < 0.07

@@ -240,6 +240,7 @@ def test_values_next_to_nothing_are_marked(tmp_path: Path) -> None:
     assert names == [] and "next to nothing" not in shown
 
 
+@pytest.mark.slow
 def test_study_compares_corrected_values(tmp_path: Path) -> None:
     case = write_case(tmp_path, COUPLED)
     vary = ("--vary", "grid.points=24,36", "--vary", "load_path.*.increments=2,8", "--quantity", "delta_x")

@@ -35,6 +35,7 @@ def test_ratcheting_bodies_take_more_cycles_or_do_not_end() -> None:
     assert stages(setup_of(tolerance=1e-9)) == list(range(1, 16))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-3])
 def test_a_periodic_cycle_is_near_the_limit_and_not_near_the_cycle_before(tolerance: float) -> None:
     """P to and fro with Q between unlike bodies, whose energy falls more slowly the longer it falls."""

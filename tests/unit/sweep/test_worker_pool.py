@@ -50,6 +50,7 @@ def long(tmp_path: Path) -> Manifest:
 # Worker processes
 
 
+@pytest.mark.slow
 def test_a_killed_process_costs_its_case_and_no_other(long: Manifest) -> None:
     """Each of two processes is killed while it solves, and the next case gets a new one."""
     killed: list[int] = []
@@ -68,6 +69,7 @@ def test_a_killed_process_costs_its_case_and_no_other(long: Manifest) -> None:
         assert long.has_ended(long.rows[report.index])
 
 
+@pytest.mark.slow
 def test_a_stop_saves_what_is_done(long: Manifest) -> None:
     reports = list(run_cases(long, long.rows, 2, Stop(lambda: len(workers(long.folder)) == 2)))
     assert [(report.code, report.reason) for report in reports] == [(75, "")] * 2

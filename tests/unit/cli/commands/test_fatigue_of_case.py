@@ -100,6 +100,7 @@ def table_of(swept):
     return list(csv.DictReader((swept / "table.csv").read_text().splitlines()))
 
 
+@pytest.mark.slow
 def test_a_sweep_collects_the_largest_parameters(swept, tmp_path):
     """A case without a solution has no side outputs."""
     assert "2 complete, 1 no solution" in invoke("sweep", "status", swept).stdout
@@ -120,6 +121,7 @@ def test_a_sweep_collects_the_largest_parameters(swept, tmp_path):
     assert "findley_max is that of the last cycle; leave @2 out" in refused(2, "sweep", "run", tmp_path / "s.yaml")
 
 
+@pytest.mark.slow
 def test_a_sweep_goes_on_after_a_kill_between_result_and_side_outputs(swept):
     rows = table_of(swept)
     killed = [

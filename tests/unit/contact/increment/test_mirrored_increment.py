@@ -165,6 +165,7 @@ def test_the_reason_of_a_failure_is_told_of_the_whole_grid():
         list(fretsolve.run(setup_of([{"P": LOAD}, {"Qx": 50.0}])))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("precision", "threads", "compiled"),
     [("double", 3, "0"), ("double", 3, "1"), ("single", 1, "0"), ("single", 3, "1")],

@@ -231,6 +231,7 @@ def solve_in_a_process(**environment):
     return compiled == "True", int(iterations), [float(number) for number in numbers]
 
 
+@pytest.mark.slow
 def test_a_case_is_solved_alike_with_and_without_the_compiler(tmp_path):
     """Also with a numba that is there and refuses to work: as if it were not there."""
     (tmp_path / "numba.py").write_text("raise ImportError('Numba needs another NumPy')\n")

@@ -37,6 +37,7 @@ def test_section_and_layer_go_through_the_worst_place(solved):
     assert section.collections[0].norm.vmax == pytest.approx(used.max())
 
 
+@pytest.mark.slow
 def test_a_body_is_chosen_and_its_depth_points_away_from_the_contact(solved, tmp_path):
     both = solved.with_name("both.h5")
     both.write_bytes(solved.read_bytes())

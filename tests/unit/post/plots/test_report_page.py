@@ -39,6 +39,7 @@ def drawn(result_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path
     return folder
 
 
+@pytest.mark.slow
 def test_all_kinds_and_a_report(result_folder: Path, drawn: Path) -> None:
     names = {path.name for path in drawn.iterdir()}
     # of no other file than the result, and of columns that all results have
