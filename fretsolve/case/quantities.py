@@ -218,9 +218,29 @@ def split_quantity(value: object) -> tuple[float, str]:
     return number, unit
 
 
+class _AsTyped(reprlib.Repr):
+    """Values as they stand in a case file, shortened; a text that stands alone in quotes."""
+
+    def repr_bool(self, value: bool, level: int) -> str:
+        return "true" if value else "false"
+
+    def repr_NoneType(self, value: None, level: int) -> str:  # noqa: N802
+        return "null"
+
+    def repr_str(self, value: str, level: int) -> str:
+        text = super().repr_str(value, level)
+        return text if level == self.maxlevel else text[1:-1]
+
+    def repr_dict(self, value: dict[Any, Any], level: int) -> str:
+        if level <= 0:
+            return "{...}"
+        parts = [f"{self.repr1(key, level - 1)}: {self.repr1(one, level - 1)}" for key, one in value.items()]
+        return f"{{{', '.join(parts[: self.maxdict] + ['...'] * (len(parts) > self.maxdict))}}}"
+
+
 def shown(value: object) -> str:
     """Return a value of the case file for a message: on one line, and short however large it is."""
-    short = reprlib.Repr()
+    short = _AsTyped()
     short.maxlevel, short.maxdict, short.maxlist = 3, 4, 4
     short.maxstring = short.maxother = 60
     try:

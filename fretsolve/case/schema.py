@@ -225,7 +225,7 @@ class _Reader:
             "int_from_float": "a whole number such as 10",
             "string_type": "text in quotes",
             "bool_type": "true or false",
-            "tuple_type": "a list such as [..., ...]",
+            "tuple_type": f"a list such as {self._list_example(key)}",
         }.get(kind)
         return f"{value} is not allowed; {needed} is needed" if needed else f"{value}: {details['msg']}"
 
@@ -237,6 +237,11 @@ class _Reader:
     def keys(self, key: KeyPath) -> list[str]:
         """Return the keys that the mapping at `key` may have."""
         return list(dict.fromkeys(name for node in self.nodes(key) for name in node.get("properties", ())))
+
+    def _list_example(self, key: KeyPath) -> str:
+        examples = (one for node in self.nodes(key) for one in node.get("examples", ()) if isinstance(one, list))
+        example = next(examples, None)
+        return "[..., ...]" if example is None else shown(example)
 
     def _description(self, key: KeyPath) -> str:
         properties = [part.get("properties", {}).get(key[-1], {}) for part in self.nodes(key[:-1])]

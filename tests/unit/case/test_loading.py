@@ -117,7 +117,7 @@ def test_mistake_names_the_override(path: Path, override: str, message: str) -> 
     [
         ("bodies.0=rigid", "1: bodies: both bodies are rigid; at least one must be elastic"),
         ("load_path.0.delta_z=1", "5: stage.1: P and delta_z cannot be imposed at once; keep one of the two"),
-        ("load_path.0.P.x=1", "5: stage.1.P: {'x': 1} is not a force such as '400 N'"),
+        ("load_path.0.P.x=1", "5: stage.1.P: {x: 1} is not a force such as '400 N'"),
     ],
 )
 def test_mistake_around_an_override_names_both(path: Path, override: str, message: str) -> None:

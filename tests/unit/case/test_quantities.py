@@ -74,7 +74,7 @@ def test_conversion_to_internal_units(text: object, dimension: Dimension, expect
         ("1,5 mm", LENGTH, "'1,5 mm' is not a length such as '10 mm' (the decimal separator is a point)"),
         ("2 * 3 mm", LENGTH, "'2 * 3 mm' is not a length such as '10 mm'"),
         ("", LENGTH, "'' is not a length such as '10 mm'"),
-        (True, LENGTH, "True is not a length such as '10 mm'"),
+        (True, LENGTH, "true is not a length such as '10 mm'"),
         ([1], LENGTH, "[1] is not a length such as '10 mm'"),
         (math.inf, LENGTH, "inf is not finite; a length such as '10 mm' is needed"),
         (math.nan, FORCE, "nan is not finite; a force such as '400 N' is needed"),

@@ -59,7 +59,11 @@ def test_an_average_of_each_kind(tmp_path, kind):
         (MATERIAL + "    criteria: []\n", 15, "criteria: [] has the wrong number of entries; at least 1 is needed"),
         (MATERIAL + "    criteria: [findly]\n", 15, "criteria.0: 'findly' is not allowed; did you mean 'findley'?"),
         (MATERIAL + "    criteria: [swt, swt]\n", 15, "criteria.1: 'swt' is named twice; once is enough"),
-        (MATERIAL + "    criteria: swt\n", 15, "criteria: 'swt' is not allowed; a list such as [..., ...] is needed"),
+        (
+            MATERIAL + "    criteria: swt\n",
+            15,
+            "criteria: 'swt' is not allowed; a list such as [crossland, swt] is needed",
+        ),
         (BOTH + "    average: {}\n", 16, "average: one of point, line, volume is needed, such as {point: 20 um}; none"),
         (BOTH + "    average: {point: 2 um, line: 2 um}\n", 16, "such as {point: 20 um}; point and line are given"),
         (BOTH + "    average: 20 um\n", 16, "average: '20 um' is not a mapping; one with the keys point, line, volume"),

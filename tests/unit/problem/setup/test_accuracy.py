@@ -112,8 +112,8 @@ def test_a_narrow_annulus_under_pressure_alone_takes_more_of_both() -> None:
         ("-1 %", "'-1 %' is out of range"),
         ("fast", "'fast' is not allowed; draft, standard, reference or a number such as 1 % is needed"),
         ("1 mm", "'1 mm' is a length; a number such as '0.1' is needed"),
-        ("true", "True is not a number"),
-        ("[1 %]", "['1 %'] is not a number"),
+        ("true", "true is not a number"),
+        ("[1 %]", "[1 %] is not a number"),
     ],
 )
 def test_wrong_values(tmp_path: Path, value: str, says: str) -> None:
