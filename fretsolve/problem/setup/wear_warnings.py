@@ -103,8 +103,9 @@ def warning_of_the_grid(result: Result, jumps: Collection[WearJumps]) -> str | N
 ASIDE = (0.31, 0.17)
 """Place of a grid's middle in cells, with which no cells change from stick to slip by symmetry at once."""
 
-SLIP_PER_RADIUS = 0.1
-"""Slip of half a cycle over the contact radius up to which worn profiles may be taken to stay in place."""
+LARGEST_MOTION = 0.1
+"""Motion, or slip of half a cycle, over the contact radius up to which both surfaces may keep their places. The pressure
+follows one of them, so that results err by about that part."""
 
 
 def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
@@ -199,9 +200,9 @@ def _slip_before_the_run(cycles: Sequence[WornCycle]) -> str | None:
 
 def _long_slip(slip: float, radius: float) -> str | None:
     """Return the warning of a half cycle's slip (mm) that is long for a contact of some radius; None if it is not."""
-    if slip <= SLIP_PER_RADIUS * radius:
+    if slip <= LARGEST_MOTION * radius:
         return None
     return (
         f"wear: half a cycle slips {slip:.3g} mm, {percent(slip / radius)} of the contact radius, but worn profiles"
-        f" keep their places on the grid; {percent(SLIP_PER_RADIUS)} or less are needed"
+        f" keep their places on the grid; {percent(LARGEST_MOTION)} or less are needed"
     )

@@ -245,3 +245,13 @@ def test_a_rounding_that_the_contact_hardly_enters(punch, points, plane, warned,
     parts = {"surface": {"punch": punch}, "grid": {"points": points}, **({"plane": plane} if plane else {})}
     found = case_warnings(set_up(build(load_path=[{"P": 200.0}], **parts)), tmp_path / "out.h5")
     assert any("into the rounding of the edge" in text for text in found) == warned
+
+
+@pytest.mark.parametrize(("motion", "warned"), [(0.02, False), (0.05, True)])
+def test_motions_of_more_than_a_tenth_of_the_radius_are_told(motion: float, warned: bool) -> None:
+    path = [{"P": 400.0}, {"delta_x": motion}]  # on a contact of 0.3 mm
+    told = [
+        text for text in case_warnings(set_up(build(load_path=path, grid={"points": 32}))) if "moves the surf" in text
+    ]
+    assert bool(told) == warned
+    assert all("delta_x moves the surfaces by 0.17 contact radii" in text for text in told)
