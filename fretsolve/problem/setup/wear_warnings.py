@@ -104,8 +104,8 @@ ASIDE = (0.31, 0.17)
 """Place of a grid's middle in cells, with which no cells change from stick to slip by symmetry at once."""
 
 LARGEST_MOTION = 0.1
-"""Motion, or slip of half a cycle, over the contact radius up to which both surfaces may keep their places. The pressure
-follows one of them, so that results err by about that part."""
+"""Motion, or slip of half a cycle, over the contact radius up to which both surfaces may keep their places. The
+pressure follows one of them, so that results err by about that part."""
 
 
 def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
