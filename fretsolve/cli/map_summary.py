@@ -9,7 +9,7 @@ import numpy as np
 
 from fretsolve.case.dimensions import counted, in_small_unit
 from fretsolve.problem.surface.height_map import HeightMap
-from fretsolve.problem.surface.map_measures import measures_of
+from fretsolve.problem.surface.map_measures import MapMeasures
 from fretsolve.problem.surface.map_steps import holes
 from fretsolve.system.arrays import DoubleArray
 
@@ -17,13 +17,13 @@ ROUND_OFF = 1e-9
 """Share of the range of a map below which a tilt or the mean of a side counts as 0."""
 
 
-def map_lines(height_map: HeightMap, cell: float | None = None) -> Iterator[str]:
+def map_lines(height_map: HeightMap, found: MapMeasures, cell: float | None = None) -> Iterator[str]:
     """Yield what reading and preparing a map found and did, its size and roughness, and which side is where.
 
-    cell: longer side of the grid's cells (mm), against which the shortest wave is held.
+    found: the measures of the map; cell: longer side of the grid's cells (mm), against which the shortest wave is held.
     """
     yield from _size_lines(height_map)
-    found, is_profile = measures_of(height_map), height_map.values.shape[1] == 1
+    is_profile = height_map.values.shape[1] == 1
     count = 1 if is_profile else 2
     extent, sa, sq = (in_small_unit(value, 4) for value in (found.height_range, found.sa, found.sq))
     letter, form = ("P", "line") if is_profile else ("S", "plane")  # ISO 21920 and 25178

@@ -28,7 +28,7 @@ def file_in_case_folder(value: object, info: ValidationInfo, example: str) -> Pa
 
 
 class MapKeys(CaseModel):
-    """What a map's file does not say of itself, and how the map lies on the contact."""
+    """Keys that a map's file leaves to the case, and keys by which the map lies on the contact."""
 
     dataset: str | None = Field(
         default=None,

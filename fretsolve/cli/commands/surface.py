@@ -36,8 +36,9 @@ def describe_map(file: Path, overrides: Sequence[str], profile: bool, picture: P
     except CaseError as error:  # keys stand on the command line and not in a line of the file
         problems = error.problems if isinstance(error, CaseErrors) else (error,)
         raise together([CaseError(one.message, one.key, file) for one in problems]) from None
-    print(*map_lines(found), sep="\n", flush=True)
-    print_warnings(file, *found.doubts, *point_warnings(measures_of(found)))
+    measures = measures_of(found)
+    print(*map_lines(found, measures), sep="\n", flush=True)
+    print_warnings(file, *found.doubts, *point_warnings(measures))
     if picture is not None:
         from fretsolve.post.plots.canvas import rendered
         from fretsolve.post.plots.pictures.surfaces import ShownMap, draw_maps

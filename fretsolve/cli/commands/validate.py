@@ -88,10 +88,11 @@ def surface_lines(setup: ProblemSetup) -> Iterator[str]:
         if isinstance(surface, HeightsSurface):
             from fretsolve.cli.map_summary import map_lines  # loads the readers, which other cases do without
             from fretsolve.problem.surface.load_map import load_height_map
+            from fretsolve.problem.surface.map_measures import measures_of
 
             yield f"\n# {surface.file.name}, in mm, x to the right and y up"
             found = load_height_map(surface, ("surface", place, "heights"))
-            yield from map_lines(found, max(setup.grid.dx, setup.grid.dy))
+            yield from map_lines(found, measures_of(found), max(setup.grid.dx, setup.grid.dy))
         elif isinstance(surface, RoughnessSurface):
             from fretsolve.problem.surface.roughness import waves_of  # other cases do not need it
 

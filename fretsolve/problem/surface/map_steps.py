@@ -1,4 +1,4 @@
-"""What a case asks to be done with a measured map: crop, spikes, fill, level, filter, in this order.
+"""Prepare a measured map as the case asks: crop, spikes, fill, level, filter, in this order.
 
 Each step takes a map and returns another, with a remark that says what it did.
 """

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,9 +18,9 @@ from fretsolve.post.plots.canvas import PANEL_WIDTH, Canvas, Target, canvas, sca
 from fretsolve.post.plots.labels import draw_lines, readable
 from fretsolve.post.plots.pictures.maps import draw_frame
 from fretsolve.problem.surface.height_map import HeightMap
-from fretsolve.problem.surface.map_measures import measures_of, spectrum
+from fretsolve.problem.surface.map_measures import ADVISED_POINTS, MapMeasures, measures_of, spectrum
 from fretsolve.problem.surface.roughness import waves_of
-from fretsolve.problem.surface.separation import placed_maps
+from fretsolve.problem.surface.separation import height_maps
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -27,12 +28,18 @@ MOST_PIXELS = 1024
 """Points of a map per side that are drawn; a page shows no more."""
 
 
-class ShownMap(NamedTuple):
+@dataclass(frozen=True)
+class ShownMap:
     """A map with what it is called and its middle (mm)."""
 
     name: str
     center: tuple[float, float]
     heights: HeightMap
+
+    @cached_property
+    def measures(self) -> MapMeasures:
+        """Size, roughness and waves of the map, which several panels need."""
+        return measures_of(self.heights)
 
 
 def measured_surface(result: Result, ax: Target = None) -> Figure:
@@ -49,12 +56,12 @@ def measured_surface(result: Result, ax: Target = None) -> Figure:
 
 
 def _shown_maps(surfaces: Sequence[Surface]) -> Iterator[ShownMap]:
-    """Yield the measured maps among the surfaces, and one period of each roughness at ten points per shortest wave."""
-    for place, height_map in placed_maps(surfaces):
-        yield ShownMap("heights", surfaces[place].center, height_map)
+    """Yield the measured maps among the surfaces, and one period of each roughness, with enough points per wave."""
+    for center, height_map in height_maps(surfaces):
+        yield ShownMap("heights", center, height_map)
     for surface in surfaces:
         if surface.kind == "roughness":
-            count = min(math.ceil(10.0 * surface.period / surface.cutoff), 2 * MOST_PIXELS)
+            count = min(math.ceil(ADVISED_POINTS * surface.period / surface.cutoff), 2 * MOST_PIXELS)
             step = surface.period / count
             places = np.linspace(-0.5, 0.5, count, endpoint=False) * surface.period + 0.5 * step
             across = np.zeros(1) if surface.of_line else places
@@ -80,17 +87,14 @@ def draw_maps(maps: Sequence[ShownMap], title: str, ax: Target = None) -> Figure
 
 
 def _words(one: ShownMap) -> str:
-    found = measures_of(one.heights)
+    found = one.measures
     unit = readable("mm", [found.sq])
     return f"{one.name}: Sq = {unit.factor * found.sq:.3g} {unit.text}, Sdq = {found.sdq:.3g}"
 
 
 def _axes_of(one: ShownMap) -> tuple[DoubleArray, DoubleArray]:
     """Return the places of the points along x and y (mm), at the surface's center."""
-    x, y = (
-        center + step * (np.arange(count) - 0.5 * (count - 1))
-        for center, step, count in zip(one.center, one.heights.spacing, one.heights.values.shape, strict=True)
-    )
+    x, y = (center + one.heights.points(axis) for axis, center in enumerate(one.center))
     return x, y
 
 
@@ -126,7 +130,7 @@ def _draw_profiles(drawn: Canvas, axes: Axes, one: ShownMap) -> None:
 
 def _draw_spectrum(drawn: Canvas, axes: Axes, one: ShownMap) -> None:
     """Draw the power spectra of profiles along x and y over the wavelength, short waves to the right."""
-    found = measures_of(one.heights)
+    found = one.measures
     for axis, name in enumerate("xy"[: 1 + (one.heights.values.shape[1] > 1)]):
         waves, power = spectrum(one.heights, axis)
         if (power > 0.0).any():

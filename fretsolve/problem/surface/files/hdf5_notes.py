@@ -1,4 +1,4 @@
-"""What an HDF5 dataset of heights says of itself: in attributes of any string type, and in dimension scales."""
+"""Read what an HDF5 dataset of heights says of itself: in attributes of any string type, and in dimension scales."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ class Attributes:
         found = self.values(name)
         return found if all(isinstance(one, int | float) for one in found) else []
 
-    def text(self, *names: str) -> str | None:
-        """Return the first text among these attributes, None without one."""
-        found = (self.values(name) for name in names)
-        return next((one[0] for one in found if len(one) == 1 and isinstance(one[0], str) and one[0]), None)
+    def text(self, name: str) -> str | None:
+        """Return an attribute that holds one text, None without such a one."""
+        found = self.values(name)
+        return found[0] if len(found) == 1 and isinstance(found[0], str) and found[0] else None
 
     def said(self, name: str) -> str:
         """Return an attribute as a text, whatever it holds; empty without one."""

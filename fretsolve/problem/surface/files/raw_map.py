@@ -1,4 +1,4 @@
-"""What a file of heights holds, before the case has its say."""
+"""The map that a file holds, before the case has its say."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ _HEIGHTS = ("z", "height", "heights", "höhe", "höhen")
 
 @dataclass(frozen=True)
 class Header:
-    """What a header says. unit, xy_unit: mm of a unit of the heights, of x and y. stated, xy_stated: what it says
+    """The facts of a header. unit, xy_unit: mm of a unit of the heights, of x and y. stated, xy_stated: what it says
     instead of these units, if that is no length.
 
     lengths: of "step x", "step y", "size x", "size y", each the number and mm of its unit, if it has one. counts: of
