@@ -60,6 +60,12 @@ ENERGY_PER_AREA = Dimension("an energy per area", "mJ/mm^2", "1 mJ/mm^2")
 WEAR_COEFFICIENT = Dimension("a wear coefficient", "mm^3/(N mm)", "1e-4 mm^3/J")
 """1 mm^3/J is 1e-3 mm^3/(N mm)."""
 
+STIFFNESS = Dimension("a stiffness", "N/mm", "50 kN/mm")
+TURNING_STIFFNESS = Dimension("a stiffness against rotation", "N mm/rad", "5e6 N mm/rad")
+LINE_STIFFNESS = Dimension("a stiffness per length", "N/mm^2", "5 kN/mm^2")
+LINE_TURNING_STIFFNESS = Dimension("a stiffness against rotation per length", "N/rad", "5e5 N/rad")
+LAYER_COMPLIANCE = Dimension("a displacement per traction", "mm/MPa", "2e-5 mm/MPa")
+
 DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ENERGY_PER_AREA, WEAR_COEFFICIENT, ANGLE, TIME, NUMBER)
 """Those that the unit of a value can tell apart, except for an energy per area, which counts as a force per length."""
 

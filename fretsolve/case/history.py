@@ -29,9 +29,15 @@ PAIRS = (("P", "delta_z"), ("Mx", "phi_x"), ("My", "phi_y"), ("Qx", "delta_x"), 
 """The load components: force or moment of each rigid mode, normal modes first, and the displacement or rotation that it
 works on. One of each pair is imposed at a time."""
 
-TANGENTIAL = frozenset(name for pair in PAIRS[3:] for name in pair)
+ACTUATORS = {motion: f"actuator_{motion.removeprefix('delta_')}" for _, motion in PAIRS}
+"""The motions of the contact, each with the motion of the actuator that a rig in series makes of it."""
 
-DISPLACEMENTS = ("delta_z", "delta_x", "delta_y")
+COMPONENTS = tuple((force, motion, ACTUATORS[motion]) for force, motion in PAIRS)
+"""The force or moment of each rigid mode, and its two motions; one of the three is imposed at a time."""
+
+TANGENTIAL = frozenset(name for names in COMPONENTS[3:] for name in names)
+
+DISPLACEMENTS = ("delta_z", "delta_x", "delta_y", "actuator_z", "actuator_x", "actuator_y")
 """Those that are lengths. Text for people has them in um where they are small; files have mm."""
 
 BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for body in (1, 2)}
@@ -39,6 +45,9 @@ BULK = {body: tuple(f"bulk_{body}_{part}" for part in ("xx", "yy", "xy")) for bo
 
 SPOTS = ("spots", "small_spots")
 """The numbers of spots of contact."""
+
+OF_RIG = (*ACTUATORS.values(), "spring_energy")
+"""Motions of the actuator, and the energy in the rig."""
 
 OF_WEAR = ("cycles", "jump", "wear_volume", "wear_depth_max", "wear_error")
 """Cycles and wear."""
@@ -139,6 +148,13 @@ class Summary:
     wear_volume: float = field(default=0.0, metadata=_of(VOLUME, "worn volume of both bodies"))
     wear_depth_max: float = field(default=0.0, metadata=_of(LENGTH, "largest worn depth of both bodies together"))
     wear_error: float = field(default=0.0, metadata=_of(VOLUME, "estimated error of the worn volume by the jumps"))
+    actuator_z: float = field(default=0.0, metadata=_of(LENGTH, "normal approach at the actuator"))
+    actuator_x: float = field(default=0.0, metadata=_of(LENGTH, "displacement of the actuator along x"))
+    actuator_y: float = field(default=0.0, metadata=_of(LENGTH, "displacement of the actuator along y"))
+    actuator_phi_x: float = field(default=0.0, metadata=_of(ANGLE, "rotation of the actuator about the x axis"))
+    actuator_phi_y: float = field(default=0.0, metadata=_of(ANGLE, "rotation of the actuator about the y axis"))
+    actuator_phi_z: float = field(default=0.0, metadata=_of(ANGLE, "rotation of the actuator about the z axis"))
+    spring_energy: float = field(default=0.0, metadata=_of(ENERGY, "energy stored in the rig"))
 
     @property
     def worst_residual(self) -> float:
@@ -160,8 +176,11 @@ LINE_MEANINGS = {
     "contact_radius": "half-width of the contact, half of its width in all",
     "stick_radius": "half-width of the stick zone, half of its width in all",
     "delta_z": "normal approach relative to the reference depth; NaN without one",
-    "delta_x": "always NaN: in a line contact it has a free constant",
+    "delta_x": "rigid displacement along x relative to the reference depth; NaN without one",
     "delta_y": "always NaN: in a line contact it has a free constant",
+    "actuator_z": "normal approach at the actuator relative to the reference depth; NaN without one",
+    "actuator_x": "displacement of the actuator along x relative to the reference depth; NaN without one",
+    "actuator_y": "always NaN: in a line contact it has a free constant",
     **dict.fromkeys((name for name in EXTENTS if name.endswith("_y")), "always NaN: a line contact is endless along y"),
 }
 """Meaning of columns of the history in a line contact, where it is another."""

@@ -26,7 +26,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from fretsolve.case.base import CaseModel, GridPoints, Length, PositiveLength, Repeated, refused_at
 from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
-from fretsolve.case.history import LINE_DIMENSIONS, LINE_MEANINGS, PAIRS
+from fretsolve.case.history import COMPONENTS, LINE_DIMENSIONS, LINE_MEANINGS
 from fretsolve.case.keys.body_specs import CylinderSurface, OneSurface, PunchSurface, RoughnessSurface, read_from
 from fretsolve.case.keys.load_path_spec import (
     AmplitudeCycle,
@@ -35,9 +35,11 @@ from fretsolve.case.keys.load_path_spec import (
     CycleSpec,
     StageSpec,
     cycle_tag,
+    exclusive,
     step_tag,
 )
 from fretsolve.case.keys.map_keys import HeightsSurface
+from fretsolve.case.keys.rig_spec import LineRigSpec
 from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.unrolled_path import check_load_path
 from fretsolve.case.models import Case, GridSpec
@@ -215,14 +217,13 @@ class LineStageSpec(_LineModel, StageSpec):
     model_config = ConfigDict(
         json_schema_extra={
             "minProperties": 1,
-            "allOf": [{"not": {"required": list(pair)}} for pair in (PAIRS[0], PAIRS[2])],
+            "allOf": exclusive((COMPONENTS[0], COMPONENTS[2], COMPONENTS[3])),
         }
     )
     refused_keys: ClassVar[Mapping[str, str]] = {
-        **dict.fromkeys(("Mx", "phi_x"), "a line contact is the same all along y; My or phi_y tilts it about y"),
-        **dict.fromkeys(("Mz", "phi_z"), "a line contact cannot turn about z; remove it, or plane: strain"),
-        "delta_x": "a displacement along x has an unknown constant in a line contact; impose Qx",
-        "delta_y": "a displacement along y has an unknown constant in a line contact; impose Qy",
+        **dict.fromkeys(COMPONENTS[1], "a line contact is the same all along y; My or phi_y tilts it about y"),
+        **dict.fromkeys(COMPONENTS[5], "a line contact cannot turn about z; remove it, or plane: strain"),
+        **dict.fromkeys(COMPONENTS[4][1:], "it has an unknown constant along y in a line contact; impose Qy"),
     }
 
     P: Annotated[float, InUnits(LINE_FORCE, least=0)] | None = Field(
@@ -316,6 +317,11 @@ class LineCase(Case):
     grid: LineGridSpec = Field(
         default=LineGridSpec(), description="grid of the potential contact area", examples=[{"points": 256}]
     )
+    rig: LineRigSpec | None = Field(
+        default=None,
+        description="what gives between contact and actuator, per mm of the line, in series with the contact",
+        examples=[{"stiffness_x": "5 kN/mm^2"}],
+    )
     coupling: Literal["auto", "none", "full"] = Field(
         default="auto",
         description="influence coefficients that are kept: none (ux from qx, uy from qy, uz from p),"
@@ -335,9 +341,22 @@ class LineCase(Case):
     @model_validator(mode="after")
     def _known_depth(self) -> Self:
         if self.reference_depth is None:
-            message = "delta_z has an unknown constant in a line contact; give reference_depth, or impose P"
-            refused_at((stage.key, message) for stage in self.stages() if "delta_z" in dict(stage.targets))
-            expected = ((index, one) for index, one in enumerate(self.expect) if one.quantity == "delta_z")
-            unknown = "delta_z is NaN in a line contact without reference_depth; give that, or expect another quantity"
-            refused_at((("expect", index, "quantity"), unknown) for index, _ in expected)
+            message = "it has an unknown constant in a line contact; give reference_depth, or impose"
+            refused_at(
+                (stage.place(motion), f"{message} {names[0]}")
+                for stage in self.stages()
+                for names in (COMPONENTS[0], COMPONENTS[3])
+                for motion in names[1:]
+                if motion in dict(stage.targets)
+            )
+            needed = {name for names in (COMPONENTS[0], COMPONENTS[3]) for name in names[1:]}
+            refused_at(
+                (
+                    ("expect", index, "quantity"),
+                    f"{one.quantity} is NaN in a line contact without reference_depth; give that, or expect another"
+                    " quantity",
+                )
+                for index, one in enumerate(self.expect)
+                if one.quantity in needed
+            )
         return self

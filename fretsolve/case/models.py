@@ -21,11 +21,12 @@ from pydantic import (
 from fretsolve.case.base import CaseModel, GridPoints, Position, PositiveLength, Repeated, auto, refused_at
 from fretsolve.case.dimensions import LENGTH, Dimension
 from fretsolve.case.expression import Expression
-from fretsolve.case.history import DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
+from fretsolve.case.history import COMPONENTS, DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS, OF_RIG
 from fretsolve.case.keys.body_specs import Body, RoughnessSurface, Surfaces
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.load_path_spec import CycleSpec, LoadStep
 from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec, WearField
+from fretsolve.case.keys.rig_spec import InterfaceSpec, RigSpec
 from fretsolve.case.keys.settings_spec import Expectation, SolverSpec
 from fretsolve.case.keys.unrolled_path import (
     Stage,
@@ -113,6 +114,16 @@ class Case(CaseModel):
         " without it",
         examples=["10 mm"],
     )
+    rig: RigSpec | None = Field(
+        default=None,
+        description="what gives between contact and actuator, in series with the contact",
+        examples=[{"stiffness_x": "50 kN/mm"}],
+    )
+    interface: InterfaceSpec | None = Field(
+        default=None,
+        description="layer between the bodies that shears or is compressed",
+        examples=[{"shear_compliance": "2e-5 mm/MPa"}],
+    )
     solver: SolverSpec = Field(SolverSpec.model_construct(), description="accuracy and limits of the solver")
     output: OutputSpec = Field(OutputSpec.model_construct(), description="what the result holds")
     expect: tuple[Expectation, ...] = Field(
@@ -174,6 +185,22 @@ class Case(CaseModel):
     def _depth_of_a_line(self) -> Self:
         if self.plane is None and self.reference_depth is not None:
             refused_at([(("reference_depth",), "only a line contact needs it; remove it, or add plane: strain")])
+        return self
+
+    @model_validator(mode="after")
+    def _actuator_has_a_rig(self) -> Self:
+        if self.rig is None:
+            moved = ((stage, name) for stage in unrolled(self.load_path) for name, _ in stage.targets)
+            refused_at(
+                (stage.place(name), f"no actuator without a rig; add rig: {{stiffness_{name[9:]}: ...}} to the case")
+                for stage, name in moved
+                if name.startswith("actuator_")
+            )
+            refused_at(
+                (("expect", index, "quantity"), f"{one.quantity} is known with a rig alone; the case has none")
+                for index, one in enumerate(self.expect)
+                if one.quantity in OF_RIG
+            )
         return self
 
     @model_validator(mode="after")
@@ -248,10 +275,10 @@ class Case(CaseModel):
         forced = {"Qx": True, "Qy": True}
         for stage in unrolled(self.load_path):
             for name, value in stage.targets:
-                if name == "Mz" or (name == "phi_z" and value):
+                if name == "Mz" or (name in COMPONENTS[5] and value):
                     refused_at([(stage.key, "two coefficients of friction are not solved with torsion; give one")])
-                if name in ("Qx", "delta_x", "Qy", "delta_y"):
-                    forced["Qx" if name in ("Qx", "delta_x") else "Qy"] = name[0] == "Q"
+                if name in (*COMPONENTS[3], *COMPONENTS[4]):
+                    forced["Qx" if name in COMPONENTS[3] else "Qy"] = name[0] == "Q"
             if turned and forced["Qx"] != forced["Qy"]:
                 message = "with friction.angle forces or displacements are needed along x and y both, not one of each"
                 refused_at([(stage.key, message)])

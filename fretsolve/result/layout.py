@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.history import LINE_MEANINGS, OF_WEAR, PER_LENGTH, SPOTS
+from fretsolve.case.history import LINE_MEANINGS, OF_RIG, OF_WEAR, PER_LENGTH, SPOTS
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, ZONE_NAMES, Summary
 
 FORMAT_VERSION = 1
@@ -68,7 +68,10 @@ SPOT_HISTORY = tuple(one for one in _COLUMNS if one.name in SPOTS)
 WEAR_HISTORY = tuple(one for one in _COLUMNS if one.name in OF_WEAR)
 """Wear; only in results of cases that have it."""
 
-_OPTIONAL = (BULK_HISTORY, SPOT_HISTORY, WEAR_HISTORY)
+RIG_HISTORY = tuple(one for one in _COLUMNS if one.name in OF_RIG)
+"""Motions of the actuator; only in results of cases with a rig."""
+
+_OPTIONAL = (BULK_HISTORY, SPOT_HISTORY, WEAR_HISTORY, RIG_HISTORY)
 
 HISTORY = tuple(one for one in _COLUMNS if not any(one in columns for columns in _OPTIONAL))
 """Columns of every result, besides the step."""
@@ -121,7 +124,10 @@ DERIVED_FIELDS = (
 
 QUANTITIES: dict[str, Quantity] = {
     one.name: one
-    for one in (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *ERRORS, X, Y, *FIELDS, *DERIVED_FIELDS)
+    for one in (
+        *(STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS),
+        *(X, Y, *FIELDS, *DERIVED_FIELDS),
+    )
 }
 """All columns, axes and fields by their names, which are unique."""
 
@@ -134,7 +140,7 @@ def _of_a_line(one: Quantity) -> Quantity:
     return replace(one, units=units, long_name=LINE_MEANINGS.get(one.name, one.long_name))
 
 
-LINE_QUANTITIES = QUANTITIES | {one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *ERRORS)}
+LINE_QUANTITIES = QUANTITIES | {one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS)}
 """The datasets of a line contact."""
 
 
@@ -151,6 +157,7 @@ def is_single(effective_case: Mapping[str, Any]) -> bool:
 def optional_columns(effective_case: Mapping[str, Any]) -> tuple[Quantity, ...]:
     """Return the columns of the history of a case that not every result has, besides columns of error bars."""
     there = has_bulk_stress(effective_case), may_have_spots(effective_case), "wear" in effective_case
+    there = *there, "rig" in effective_case
     return tuple(one for columns, has in zip(_OPTIONAL, there, strict=True) if has for one in columns)
 
 

@@ -24,6 +24,7 @@ from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable
 from fretsolve.problem.model.load_path import Increment
+from fretsolve.problem.model.rig import Rig
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.problem.surface.separation import is_mirrored, map_border, map_spans, map_without_point
@@ -120,6 +121,8 @@ def states_of(
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
+        if setup.model.rig is not None:
+            summary = _with_actuator(summary, setup.model.rig)
         if wear is not None:
             mean = mean_pressure(last.pressure, fields.pressure)
             summary = wear.count(summary, increment, last, fields, solved, mean)
@@ -252,6 +255,12 @@ def _summary(
         operator_applications=solved.operator_applications,
         wall_time=wall_time,
     )
+
+
+def _with_actuator(summary: Summary, rig: Rig) -> Summary:
+    """Return a row of the history with the motions of the actuator, and the energy in the rig."""
+    motions, loads = (np.array([getattr(summary, name) for name in names]) for names in (RIGID, LOADS))
+    return replace(summary, **rig.actuator(motions, loads), spring_energy=rig.energy(loads))
 
 
 def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Discriminator, Field, Tag, ValidationError, model_validator
-from pydantic.config import JsonDict
+from pydantic.config import JsonDict, JsonValue
 
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, auto, refused_at
 from fretsolve.case.dimensions import ANGLE, CYCLE_COUNT, FORCE, MOMENT, NUMBER, STRESS
-from fretsolve.case.history import BULK, PAIRS
+from fretsolve.case.history import BULK, COMPONENTS
 from fretsolve.case.quantities import InUnits, refused
 
 MOST_CYCLES, CYCLE_TOLERANCE = 20, 0.01
@@ -34,6 +36,11 @@ class WearJumps:
     jump: float | None = None
     tolerance: float = CYCLE_TOLERANCE
     max_depth: float | None = None
+
+
+def exclusive(modes: Sequence[Sequence[str]]) -> list[JsonValue]:
+    """Return the conditions of a JSON Schema that of the components of each mode one is given at most."""
+    return [{"not": {"required": [*pair]}} for names in modes for pair in combinations(names, 2)]
 
 
 class BulkStress(CaseModel):
@@ -62,7 +69,7 @@ class StageSpec(CaseModel):
     """A stage: the totals to which it moves the load components that it names. The rest stays as it is."""
 
     model_config = ConfigDict(
-        json_schema_extra={"minProperties": 1, "allOf": [{"not": {"required": list(pair)}} for pair in PAIRS]}
+        json_schema_extra={"minProperties": 1, "allOf": exclusive(COMPONENTS)}
     )
 
     nothing: ClassVar[str] = "the stage moves nothing"
@@ -80,6 +87,18 @@ class StageSpec(CaseModel):
     delta_y: Length | None = Field(default=None, description="rigid displacement along y", examples=["1.5 um"])
     Mz: Moment | None = Field(default=None, description="torque about the normal")
     phi_z: Angle | None = Field(default=None, description="rotation about the normal")
+    actuator_x: Length | None = Field(
+        default=None, description="with rig, displacement of the actuator along x", examples=["2 um"]
+    )
+    actuator_y: Length | None = Field(
+        default=None, description="with rig, displacement of the actuator along y", examples=["2 um"]
+    )
+    actuator_z: Length | None = Field(
+        default=None, description="with rig, approach of the bodies at the actuator", examples=["12 um"]
+    )
+    actuator_phi_x: Angle | None = Field(default=None, description="with rig, tilt of the actuator about x")
+    actuator_phi_y: Angle | None = Field(default=None, description="with rig, tilt of the actuator about y")
+    actuator_phi_z: Angle | None = Field(default=None, description="with rig, rotation of the actuator about z")
     bulk_1: BulkStress | None = Field(default=None, description="bulk stress of body 1")
     bulk_2: BulkStress | None = Field(default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}])
     friction: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
@@ -97,7 +116,7 @@ class StageSpec(CaseModel):
     @property
     def targets(self) -> tuple[tuple[str, float], ...]:
         """The components that the stage moves, each with its new total (mm, N, N mm, rad, MPa), and its friction."""
-        named = [(name, getattr(self, name)) for pair in PAIRS for name in pair]
+        named = [(name, getattr(self, name)) for names in COMPONENTS for name in names]
         for body, stress in ((1, self.bulk_1), (2, self.bulk_2)):
             if stress is not None:
                 named += zip(BULK[body], (stress.xx, stress.yy, stress.xy), strict=True)
@@ -108,9 +127,10 @@ class StageSpec(CaseModel):
     def _one_of_each_pair(self) -> Self:
         named = {name for name, _ in self.targets}
         if not named:
-            components = ", ".join(name for pair in PAIRS for name in pair)
+            components = ", ".join(name for names in COMPONENTS for name in names[:2])
             raise refused(f"{self.nothing}; at least one of {components}, {self.others} is needed")
-        if both := [f"{force} and {motion}" for force, motion in PAIRS if {force, motion} <= named]:
+        pairs = [pair for names in COMPONENTS for pair in combinations(names, 2)]
+        if both := [f"{one} and {other}" for one, other in pairs if {one, other} <= named]:
             raise refused(f"{', '.join(both)} cannot be imposed at once; keep one of the two")
         return self
 

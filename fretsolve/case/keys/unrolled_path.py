@@ -10,8 +10,9 @@ from itertools import count, islice
 from typing import Any, Literal, NamedTuple
 
 from fretsolve.case.base import refused_at
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import ACTUATORS, COMPONENTS
 from fretsolve.case.keys.load_path_spec import MOST_CYCLES, AmplitudeCycle, Cycle, CycleSpec, StageSpec, WearJumps
+from fretsolve.case.keys.rig_spec import RigSpec
 from fretsolve.case.quantities import refused, shown
 from fretsolve.errors import KeyPath
 
@@ -25,7 +26,14 @@ MANY_CYCLES = "each cycle is solved, but with wear a few can stand for many: rep
 """Advice on a cycle that is repeated very often."""
 
 INITIAL = dict.fromkeys(("P", "phi_x", "phi_y", "Qx", "Qy", "phi_z"), 0.0)
-"""The components imposed until a stage names one of the same pair."""
+"""The components imposed until a stage names another one of the same mode."""
+
+
+def imposed_at_start(rig: RigSpec | None) -> dict[str, float]:
+    """Return the components imposed before the first stage: what is held is held at the actuator of a rig."""
+    gives: frozenset[str] = frozenset() if rig is None else rig.gives
+    return {ACTUATORS[name] if name in gives else name: value for name, value in INITIAL.items()}
+
 
 
 @dataclass(frozen=True)
@@ -143,7 +151,7 @@ def last_repetitions(stages: Iterable[Stage]) -> dict[tuple[object, ...], int]:
 def imposed_after(before: dict[str, float], stage: Stage) -> dict[str, float]:
     """Return what is imposed at the end of a stage."""
     named = dict(stage.targets)
-    replaced = {name for pair in PAIRS if named.keys() & set(pair) for name in pair}
+    replaced = {name for names in COMPONENTS if named.keys() & set(names) for name in names}
     return {name: value for name, value in before.items() if name not in replaced} | named
 
 
@@ -336,6 +344,6 @@ def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage
             advice = f"; {MANY_CYCLES}"
         raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible{advice}")
     first = next(_walk(load_path, ()))
-    if not {"P", "delta_z"} & dict(_stage(1, first).targets).keys():
+    if not set(COMPONENTS[0]) & dict(_stage(1, first).targets).keys():
         refused_at([(first.key, "the first stage presses nothing together; P or delta_z is needed in it")])
     return load_path

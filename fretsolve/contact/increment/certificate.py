@@ -228,7 +228,9 @@ class Verifier:
     ) -> float:
         """Return the largest error of an imposed load over P, or over what friction can carry (`carried`, N), or of an
         imposed displacement over the largest rigid displacement; a moment or rotation: times its arm."""
-        arms, moved, loads = self._arms.tolist(), rigid.tolist(), resultants.tolist()
+        arms, loads = self._arms.tolist(), resultants.tolist()
+        ways = [control.given_way(part) for control, part in ((normal, resultants[:3]), (tangential, resultants[3:]))]
+        moved = (rigid + np.concatenate(ways)).tolist()
         farthest = max(abs(value) * arm for value, arm in zip(moved, arms, strict=True))
         capacities = [loads[0]] * 3 + [carried] * 3
         errors = []

@@ -19,7 +19,6 @@ from fretsolve.contact.increment.states import InitialState, WorkingState
 from fretsolve.contact.solvers.rigid_modes import GapErrors
 from fretsolve.errors import NotConvergedError
 from fretsolve.problem.model.grid import LineGrid
-from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.system.arrays import FloatArray, Vector
@@ -90,7 +89,7 @@ class LineIncrementSolver(IncrementSolver):
         sunk = self.sunken.sinks(start.pressure, start.shear)
         # each solution is nearer by about (contact/depth)^2
         for _ in range(20):
-            control = LoadControl(increment.normal.forced, (wanted + sunk, *tilts))
+            control = replace(increment.normal, values=(wanted + sunk, *tilts))
             solved = super().solve(replace(increment, normal=control), start)
             before, sunk = sunk, self.sunken.sinks(solved.pressure, solved.shear)
             if abs(sunk - before) <= 0.1 * self.tolerance * abs(wanted):

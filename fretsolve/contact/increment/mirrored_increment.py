@@ -111,7 +111,7 @@ class MirroredIncrementSolver(IncrementSolver):
 def _is_even(increment: Increment, start: InitialState) -> bool:
     """Return whether an increment and its start are mirror images of themselves."""
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
-        if any(control.values[mode] for mode in odd):
+        if any(control.values[mode] for mode in odd) or _turns(control, odd):
             return False
     coefficient = start.friction.coefficient
     fields = [start.pressure, start.shear, start.displacement, start.mismatch]
@@ -141,7 +141,22 @@ def _is_odd_field(field: FloatArray) -> bool:
 def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
     """Return the same control, with motions of 0 where a mirror image would turn them round."""
     forced = tuple(forced and mode not in odd for mode, forced in enumerate(control.forced))
-    return LoadControl(forced, control.values)
+    compliance = control.compliance
+    if compliance is not None:
+        (a, b, c) = (
+            tuple(0.0 if row in odd or column in odd else compliance[row][column] for column in range(3))
+            for row in range(3)
+        )
+        compliance = ((*a,), (*b,), (*c,))
+    return LoadControl(forced, control.values, compliance)
+
+
+def _turns(control: LoadControl, odd: tuple[int, ...]) -> bool:
+    """Return whether a load on the rig causes a motion that a mirror image turns round, or the reverse."""
+    compliance = control.compliance
+    return compliance is not None and any(
+        compliance[row][column] for row in range(3) for column in range(3) if (row in odd) != (column in odd)
+    )
 
 
 def _half_of(field: NDArray[Any]) -> NDArray[Any]:

@@ -151,6 +151,7 @@ class StaggeredIteration:
             not (first or self._few_touch(work))
             or work.staggered_iterations
             or is_far(increment.tangential, self.level.grid)
+            or increment.normal.compliance is not None
         ):
             return False
         solver = self.level.direct
@@ -179,13 +180,15 @@ class StaggeredIteration:
     def _holds(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether the start is the solution: nothing imposed changes, and its shear is within friction."""
         control = self._control
-        if start.normal != increment.normal or start.mismatch is not None or control.imposed_displacement.any():
+        if start.normal != increment.normal or start.mismatch is not None:
             return False
         if not self.model.has_shear or not np.array_equal(work.shear, start.shear):
             return False
         limit = self._friction.limit(work.pressure, out=self._friction_limit)
         allowed = circle_width(self.level.operator.dtype) * float(limit.max())
         if kernels_of(self.level.operator).friction.excess(work.shear, limit) > allowed:
+            return False
+        if control.displacement(self.level.tangential.modes.resultants(work.shear)).any():
             return False
         if not control.forced_index:
             return True

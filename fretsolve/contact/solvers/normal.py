@@ -16,7 +16,7 @@ import numpy as np
 
 from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import Workspace, add_correction, add_displacement
-from fretsolve.contact.solvers.projected_cg import ProjectedCG
+from fretsolve.contact.solvers.projected_cg import ProjectedCG, springs_of
 from fretsolve.contact.solvers.rigid_modes import (
     SINGLE_MODES,
     GapErrors,
@@ -100,7 +100,7 @@ class NormalSolver:
         cells = self._gram[0][0] if known else None
         while True:
             # N2: forced rigid displacements by least squares of the gap, N' g = 0
-            rigid = self._rigid_displacement(separation, control, rigid)
+            rigid = self._rigid_displacement(separation, control, rigid, pressure)
             # N3: gap by (T1); cells that penetrate join the zone
             errors = self._update_gap_and_zone(separation, rigid, tolerance, caution)
             # N4: stop at the tolerance, or where rounding allows no better
@@ -122,16 +122,22 @@ class NormalSolver:
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
                 fields = pressure[None], self._gap[None], self.uz
                 add_correction(self.operator, self._cg.found, errors.largest, *fields, last_tolerance * scale)
+                balanced = self._kept_by_springs(control, pressure)
                 # N6: cells under tension leave the zone
                 self._release_tension(control, pressure)
             else:
                 np.copyto(self._gap, pressure)
+                balanced = self._kept_by_springs(control, pressure)
                 self._widen(control, pressure)
-            # N7: restore the imposed loads
-            self._restore_balance(control, pressure)
+            # N7: restore the imposed loads, and loads of a rig
+            self._restore_balance(balanced, pressure)
             # N8: displacement of the change of the pressure
             self._update_displacement(pressure, last_tolerance * scale)
             rounds += 1
+
+    def _kept_by_springs(self, control: LoadControl, pressure: FloatArray) -> LoadControl:
+        """Return the control that keeps the present loads of a rig, while the zone changes."""
+        return control if control.compliance is None else control.with_springs_at(self.modes.resultants(pressure))
 
     def _update_displacement(self, pressure: FloatArray, allowed: float) -> None:
         """Update uz from the pressure in `_gap` to `pressure`, with an error of less than `allowed` (mm)."""
@@ -172,12 +178,16 @@ class NormalSolver:
         np.greater(pressure, 0.0, out=self._contact)
         self._restore_balance(control, pressure)
 
-    def _rigid_displacement(self, separation: FloatArray, control: LoadControl, rigid: Vector) -> Vector:
+    def _rigid_displacement(
+        self, separation: FloatArray, control: LoadControl, rigid: Vector, pressure: FloatArray
+    ) -> Vector:
         """Return the rigid displacements, forced ones by least squares of the gap over the contact zone.
 
         Without contact a forced delta_z lets the surfaces just touch, and forced tilts stay.
         """
         imposed, forced = control.imposed_displacement, control.forced_index
+        if control.compliance is not None:
+            imposed = control.displacement(self.modes.resultants(pressure))
         found = np.where(control.forced, rigid, imposed)
         if self._gram[0][0]:
             if is_singular(self._gram, forced):
@@ -232,7 +242,8 @@ class NormalSolver:
             # With P imposed, tilts may be about the contact's middle: they are not nearly dependent.
             middle_x, middle_y = self.modes.middle(self._contact)
             motions[1:] = (-middle_y, 1.0, 0.0), (-middle_x, 0.0, 1.0)
-        self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y)
+        springs = springs_of(control, self.modes.cell_area / self.operator.unit)
+        self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y, springs)
 
     def _release_tension(self, control: LoadControl, pressure: FloatArray) -> None:
         """Open the cells under tension.

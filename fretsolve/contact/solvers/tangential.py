@@ -18,7 +18,7 @@ import numpy as np
 from fretsolve.contact.kernels import kernels_of
 from fretsolve.contact.solvers.incremental_update import Workspace, add_correction, add_displacement
 from fretsolve.contact.solvers.normal import SolverResult
-from fretsolve.contact.solvers.projected_cg import ProjectedCG
+from fretsolve.contact.solvers.projected_cg import ProjectedCG, springs_of
 from fretsolve.contact.solvers.rigid_modes import (
     SINGLE_MODES,
     TangentialModes,
@@ -102,7 +102,10 @@ class TangentialSolver:
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
             # TG2, TG3: slip (T2) with the forced rigid motion by least squares; cells with lam <= 0 stick; S and W
-            rigid, errors = self._update_slip_and_zones(elastic_slip, control, friction_limit)
+            imposed = control.imposed_displacement
+            if control.compliance is not None:
+                imposed = control.displacement(self.modes.resultants(shear))
+            rigid, errors = self._update_slip_and_zones(elastic_slip, control, imposed, friction_limit)
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(errors, rigid, scales)
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
@@ -191,14 +194,13 @@ class TangentialSolver:
         self.slipping[row, column] = True
 
     def _update_slip_and_zones(
-        self, elastic_slip: FloatArray, control: LoadControl, friction_limit: FloatArray
+        self, elastic_slip: FloatArray, control: LoadControl, imposed: Vector, friction_limit: FloatArray
     ) -> tuple[Vector, tuple[float, float, float]]:
         """Compute the slip and let cells stick that slip against their shear; return the rigid motion and `violation`.
 
         Least squares give the forced part of the motion, N' W T s = 0.
         """
         x, y, weight = self.modes.x, self.modes.y, self._cg.weight
-        imposed = control.imposed_displacement
         released = True
         while released:
             sums, gram = self._kernels.take_slip(self._slip, elastic_slip, imposed, x, y, self._normal, weight)
@@ -249,7 +251,8 @@ class TangentialSolver:
             # With imposed forces the turn may be about the contact's middle: then it is not nearly dependent.
             x, y = self.modes.middle(self._contact)
             motions[2] = y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0
-        self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y)
+        springs = springs_of(control, self.modes.cell_area / self.operator.unit)
+        self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y, springs)
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
         """Add the rigid pattern W T N a to the shear, so that it has the imposed resultants."""

@@ -1,4 +1,4 @@
-"""Load control of three rigid modes: a resultant or a displacement is imposed on each.
+"""Load control of three rigid modes: a resultant or a displacement is imposed on each, or a displacement through a rig.
 
 Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y, phi_z); resultants follow the orders
 (P, Mx, My) and (Qx, Qy, Mz).
@@ -6,31 +6,58 @@ Vectors of three follow the orders (delta_z, phi_x, phi_y) and (delta_x, delta_y
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from fretsolve.system.arrays import Vector
+from fretsolve.system.arrays import Products, Vector
 
 
 @dataclass(frozen=True)
 class LoadControl:
     """forced: whether the resultant of each mode is imposed; values: the imposed resultants (N, N mm) or else
-    displacements (mm, rad); three of each."""
+    displacements (mm, rad); three of each.
+
+    compliance: of a rig in series, symmetric, (3, 3) (mm/N, rad/N, rad/(N mm)), None without one. A displacement is
+    then imposed at the actuator, and the surfaces move by it less the compliance times the resultants.
+    """
 
     forced: tuple[bool, ...]
     values: tuple[float, ...]
+    compliance: Products | None = None
 
     def relative_to(self, rigid: Vector) -> LoadControl:
         """Return the same with imposed displacements counted from `rigid`."""
         counted = (v if f else v - float(r) for f, v, r in zip(self.forced, self.values, rigid, strict=True))
-        return LoadControl(self.forced, (*counted,))
+        return replace(self, values=(*counted,))
 
     def with_loads_scaled(self, factor: float) -> LoadControl:
         """Return the same with imposed resultants multiplied by `factor`."""
         scaled = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
-        return LoadControl(self.forced, (*scaled,))
+        return replace(self, values=(*scaled,))
+
+    def displacement(self, resultants: Vector) -> Vector:
+        """Return the imposed displacements of the surfaces, 0 where the resultant is imposed."""
+        return self.imposed_displacement - self.given_way(resultants)
+
+    def given_way(self, resultants: Vector) -> Vector:
+        """Return by how much the rig gives way under `resultants`, (3,)."""
+        return np.zeros(3) if self.compliance is None else np.array(self.compliance) @ resultants
+
+    def with_springs_at(self, resultants: Vector) -> LoadControl:
+        """Return the control that imposes these resultants on the modes that give way."""
+        if self.compliance is None:
+            return self
+        sprung = set(self.sprung_index)
+        forced = tuple(forced or mode in sprung for mode, forced in enumerate(self.forced))
+        values = (float(resultants[mode]) if mode in sprung else value for mode, value in enumerate(self.values))
+        return LoadControl(forced, (*values,))
+
+    @cached_property
+    def sprung_index(self) -> list[int]:
+        """Modes whose displacement is imposed through a rig that gives way."""
+        return [] if self.compliance is None else [mode for mode in range(3) if any(self.compliance[mode])]
 
     @cached_property
     def forced_index(self) -> list[int]:
@@ -39,7 +66,7 @@ class LoadControl:
 
     @cached_property
     def imposed_displacement(self) -> Vector:
-        """The imposed displacements, 0 where the resultant is imposed; read-only."""
+        """The imposed displacements, of the actuator where there is a rig, 0 where the resultant is imposed; read-only."""
         return _read_only([0.0 if forced else value for forced, value in zip(self.forced, self.values, strict=True)])
 
     @cached_property

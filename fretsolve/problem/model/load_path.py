@@ -16,13 +16,13 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS, SHEARING
-from fretsolve.case.keys.unrolled_path import INITIAL, CyclePass, Stage, imposed_after
+from fretsolve.case.history import COMPONENTS, PAIRS, SHEARING
+from fretsolve.case.keys.unrolled_path import CyclePass, Stage, imposed_after, imposed_at_start
 from fretsolve.problem.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.result.state import Summary
-from fretsolve.system.arrays import Vector
+from fretsolve.system.arrays import DoubleArray, Vector
 
 DRAWN_INCREMENTS = 10
 """Least number of automatic increments under tangential load: a loop needs points to be drawn."""
@@ -90,7 +90,7 @@ class LoadPath:
         self._steps_of: dict[tuple[int, int], tuple[int, int]] = {}
         self._left_out: Collection[int] | None = None
         self.path_dependent = False
-        self._all_imposed = list(accumulate(stages, imposed_after, initial=INITIAL))
+        self._all_imposed = list(accumulate(stages, imposed_after, initial=model.at_start))
         moved = set[str]()
         for index, (stage, (before, after)) in enumerate(zip(stages, pairwise(self._all_imposed), strict=True)):
             # A tangential component that returns to 0 still counts: shear stays behind.
@@ -235,12 +235,12 @@ class LoadPath:
 
     def normal_loads(self) -> tuple[LoadControl, ...]:
         """Return what is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage."""
-        return tuple(_load_control(planned.after, PAIRS[:3]) for planned in self._planned)
+        return tuple(_load_controls(planned.after, self._model)[0] for planned in self._planned)
 
     def increment(self, step: int, history: Sequence[Summary]) -> Increment:
         """Return what is imposed at `step`; `history` holds the summaries of all steps before it."""
         planned, values = self._values(step, history)
-        normal, tangential = _load_control(values, PAIRS[:3]), _load_control(values, PAIRS[3:])
+        normal, tangential = _load_controls(values, self._model)
         response = self._model.bulk
         friction = values.get("friction")
         if response is None:
@@ -303,6 +303,24 @@ def _moves(stage: Stage) -> bool:
     return any(name != "friction" for name, _ in stage.targets)
 
 
-def _load_control(values: dict[str, float], pairs: Sequence[tuple[str, str]]) -> LoadControl:
-    forced = tuple(force in values for force, _ in pairs)
-    return LoadControl(forced, tuple(values[force if force in values else motion] for force, motion in pairs))
+def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl, LoadControl]:
+    """Return what is imposed on the normal and on the tangential problem.
+
+    Of a motion of the actuator the part is taken by which known loads bend the rig.
+    """
+    forced = tuple(force in values for force, _ in PAIRS)
+    imposed = [next(values[name] for name in names if name in values) for names in COMPONENTS]
+    if model.rig is None:
+        return LoadControl(forced[:3], (*imposed[:3],)), LoadControl(forced[3:], (*imposed[3:],))
+    moved = np.array([actuator in values for *_, actuator in COMPONENTS])
+    compliance = model.rig.compliance * moved[:, None]
+    known = np.where(forced, imposed, 0.0)
+    imposed = (np.array(imposed) - compliance @ known).tolist()
+    compliance = compliance * moved
+    return _control(forced, imposed, compliance, slice(0, 3)), _control(forced, imposed, compliance, slice(3, 6))
+
+
+def _control(forced: tuple[bool, ...], imposed: list[float], compliance: DoubleArray, family: slice) -> LoadControl:
+    (one, two, three) = block = compliance[family, family].tolist()
+    rig = ((*one,), (*two,), (*three,)) if any(map(any, block)) else None
+    return LoadControl(forced[family], (*imposed[family],), rig)

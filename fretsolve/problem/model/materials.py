@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fretsolve.case.history import BULK
 from fretsolve.case.keys.body_specs import Body, ElasticBody
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import FloatArray, Vector
+from fretsolve.system.arrays import FloatArray, Products, Vector
 
 
 @dataclass(frozen=True)
@@ -23,12 +23,15 @@ class Compliances:
     """Sums over both bodies (1/MPa), with G_i = E_i / 2(1 + nu_i) (T4 of docs/theory.md). A rigid body adds nothing.
 
     A: sum (1 - nu_i)/G_i; B: sum nu_i/G_i; C: (1 - 2 nu_1)/G_1 - (1 - 2 nu_2)/G_2, which couples the normal and the
-    tangential problem and changes sign if the bodies are swapped.
+    tangential problem and changes sign if the bodies are swapped. layer_shear, layer_normal: displacement per traction
+    at its place alone (mm/MPa), of a layer between the bodies.
     """
 
     A: float
     B: float
     C: float
+    layer_shear: float = 0.0
+    layer_normal: float = 0.0
 
     @property
     def contact_modulus(self) -> float:
@@ -165,4 +168,12 @@ class Orthotropy:
         """
         force, motion = (matrix.times(np.array(control.values[:2])) for matrix in (self.inverse, self))
         x, y = (float(force[i] if control.forced[i] else motion[i]) for i in (0, 1))
-        return LoadControl(control.forced, (x, y, control.values[2]))
+        return replace(control, values=(x, y, control.values[2]), compliance=self._scaled_rig(control.compliance))
+
+    def _scaled_rig(self, compliance: Products | None) -> Products | None:
+        """Return M C M."""
+        if compliance is None:
+            return None
+        matrix = np.array([[self.xx, self.xy, 0.0], [self.xy, self.yy, 0.0], [0.0, 0.0, 1.0]])
+        one, two, three = (matrix @ np.array(compliance) @ matrix).tolist()
+        return (*one,), (*two,), (*three,)

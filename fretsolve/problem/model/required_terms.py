@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import SHEARING, TANGENTIAL
+from fretsolve.case.keys.unrolled_path import imposed_at_start
 from fretsolve.case.models import Case
 from fretsolve.problem.model.materials import BulkResponse, Compliances, Orthotropy, compliances
+from fretsolve.problem.model.rig import Rig, rig_of
 from fretsolve.reference.hertz import pressed_stick_ratio
 from fretsolve.reference.tangential import spence_stick_ratio, torsion_error_without_in_plane_coupling
 
@@ -83,6 +85,8 @@ class Model:
     line: bool = False
     friction_evolves: bool = False
     orthotropy: Orthotropy | None = None
+    rig: Rig | None = None
+    at_start: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def coupled(self) -> bool:
@@ -96,6 +100,8 @@ def derive_model(case: Case, largest_friction: float | None = None) -> Model:
     largest_friction: the largest coefficient, where friction varies.
     """
     material = compliances(*case.bodies)
+    if case.interface is not None:
+        material = replace(material, layer_shear=case.interface.tangential, layer_normal=case.interface.normal)
     friction, asked = largest_friction, case.coupling
     if friction is None:
         assert isinstance(case.friction.coefficient, float)
@@ -137,6 +143,8 @@ def derive_model(case: Case, largest_friction: float | None = None) -> Model:
         line,
         case.friction.initial is not None,
         _orthotropy(case),
+        rig_of(case.rig),
+        imposed_at_start(case.rig),
     )
 
 
