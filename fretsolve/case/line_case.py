@@ -25,7 +25,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, core_schema
 
 from fretsolve.case.base import CaseModel, GridPoints, Length, PositiveLength, Repeated, refused_at
-from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, Dimension
+from fretsolve.case.dimensions import LENGTH, LINE_FORCE, LINE_MOMENT, LINE_STIFFNESS, LINE_TURNING_STIFFNESS, Dimension
 from fretsolve.case.history import COMPONENTS, LINE_DIMENSIONS, LINE_MEANINGS
 from fretsolve.case.keys.body_specs import CylinderSurface, OneSurface, PunchSurface, RoughnessSurface, read_from
 from fretsolve.case.keys.load_path_spec import (
@@ -39,7 +39,7 @@ from fretsolve.case.keys.load_path_spec import (
     step_tag,
 )
 from fretsolve.case.keys.map_keys import HeightsSurface
-from fretsolve.case.keys.rig_spec import LineRigSpec
+from fretsolve.case.keys.rig_spec import RigSpec
 from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.unrolled_path import check_load_path
 from fretsolve.case.models import Case, GridSpec
@@ -215,10 +215,7 @@ class LineStageSpec(_LineModel, StageSpec):
     """A stage of a line contact: the totals to which it moves the load components that it names."""
 
     model_config = ConfigDict(
-        json_schema_extra={
-            "minProperties": 1,
-            "allOf": exclusive((COMPONENTS[0], COMPONENTS[2], COMPONENTS[3])),
-        }
+        json_schema_extra={"minProperties": 1, "allOf": exclusive((COMPONENTS[0], COMPONENTS[2], COMPONENTS[3]))}
     )
     refused_keys: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(COMPONENTS[1], "a line contact is the same all along y; My or phi_y tilts it about y"),
@@ -235,6 +232,28 @@ class LineStageSpec(_LineModel, StageSpec):
     bulk_1: LineBulkStress | None = Field(default=None, description="bulk stress of body 1")
     bulk_2: LineBulkStress | None = Field(
         default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}]
+    )
+
+
+class LineRigSpec(_LineModel, RigSpec):
+    """What gives between a line contact and the actuator: springs, per mm of the line's length."""
+
+    refused_keys: ClassVar[Mapping[str, str]] = {
+        "stiffness_y": "the motion along y is unknown in a line contact; remove it, or plane: strain",
+        **dict.fromkeys(
+            ("stiffness_phi_x", "stiffness_phi_z"), "a line contact turns about y alone; remove it, or plane: strain"
+        ),
+        "compliance": "a line contact has the stiffnesses x, z and phi_y per mm; give these",
+    }
+
+    stiffness_x: Annotated[float, InUnits(LINE_STIFFNESS, above=0)] | None = Field(
+        default=None, description="stiffness per length along x", examples=["5 kN/mm^2"]
+    )
+    stiffness_z: Annotated[float, InUnits(LINE_STIFFNESS, above=0)] | None = Field(
+        default=None, description="stiffness per length along the normal", examples=["20 kN/mm^2"]
+    )
+    stiffness_phi_y: Annotated[float, InUnits(LINE_TURNING_STIFFNESS, above=0)] | None = Field(
+        default=None, description="stiffness per length against tilts about y", examples=["5e5 N/rad"]
     )
 
 

@@ -140,7 +140,9 @@ def _of_a_line(one: Quantity) -> Quantity:
     return replace(one, units=units, long_name=LINE_MEANINGS.get(one.name, one.long_name))
 
 
-LINE_QUANTITIES = QUANTITIES | {one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS)}
+LINE_QUANTITIES = QUANTITIES | {
+    one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS)
+}
 """The datasets of a line contact."""
 
 
@@ -156,8 +158,8 @@ def is_single(effective_case: Mapping[str, Any]) -> bool:
 
 def optional_columns(effective_case: Mapping[str, Any]) -> tuple[Quantity, ...]:
     """Return the columns of the history of a case that not every result has, besides columns of error bars."""
-    there = has_bulk_stress(effective_case), may_have_spots(effective_case), "wear" in effective_case
-    there = *there, "rig" in effective_case
+    of_keys = ("wear" in effective_case, "rig" in effective_case)
+    there = (has_bulk_stress(effective_case), may_have_spots(effective_case), *of_keys)
     return tuple(one for columns, has in zip(_OPTIONAL, there, strict=True) if has for one in columns)
 
 

@@ -260,7 +260,8 @@ def _summary(
 def _with_actuator(summary: Summary, rig: Rig) -> Summary:
     """Return a row of the history with the motions of the actuator, and the energy in the rig."""
     motions, loads = (np.array([getattr(summary, name) for name in names]) for names in (RIGID, LOADS))
-    return replace(summary, **rig.actuator(motions, loads), spring_energy=rig.energy(loads))
+    found: dict[str, Any] = rig.actuator(motions, loads)
+    return replace(summary, **found, spring_energy=rig.energy(loads))
 
 
 def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:

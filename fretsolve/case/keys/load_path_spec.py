@@ -68,9 +68,7 @@ class BulkStress(CaseModel):
 class StageSpec(CaseModel):
     """A stage: the totals to which it moves the load components that it names. The rest stays as it is."""
 
-    model_config = ConfigDict(
-        json_schema_extra={"minProperties": 1, "allOf": exclusive(COMPONENTS)}
-    )
+    model_config = ConfigDict(json_schema_extra={"minProperties": 1, "allOf": exclusive(COMPONENTS)})
 
     nothing: ClassVar[str] = "the stage moves nothing"
     others: ClassVar[str] = "bulk_1, bulk_2, friction"
@@ -96,9 +94,15 @@ class StageSpec(CaseModel):
     actuator_z: Length | None = Field(
         default=None, description="with rig, approach of the bodies at the actuator", examples=["12 um"]
     )
-    actuator_phi_x: Angle | None = Field(default=None, description="with rig, tilt of the actuator about x")
-    actuator_phi_y: Angle | None = Field(default=None, description="with rig, tilt of the actuator about y")
-    actuator_phi_z: Angle | None = Field(default=None, description="with rig, rotation of the actuator about z")
+    actuator_phi_x: Angle | None = Field(
+        default=None, description="with rig, tilt of the actuator about x", examples=["0.01 deg"]
+    )
+    actuator_phi_y: Angle | None = Field(
+        default=None, description="with rig, tilt of the actuator about y", examples=["0.01 deg"]
+    )
+    actuator_phi_z: Angle | None = Field(
+        default=None, description="with rig, rotation of the actuator about z", examples=["0.01 deg"]
+    )
     bulk_1: BulkStress | None = Field(default=None, description="bulk stress of body 1")
     bulk_2: BulkStress | None = Field(default=None, description="bulk stress of body 2", examples=[{"xx": "70 MPa"}])
     friction: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(

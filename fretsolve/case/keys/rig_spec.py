@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, Self
 
 from pydantic import ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from fretsolve.case.base import CaseModel, PositiveLength, refused_at
-from fretsolve.case.dimensions import (
-    LAYER_COMPLIANCE,
-    LINE_STIFFNESS,
-    LINE_TURNING_STIFFNESS,
-    PRESSURE,
-    STIFFNESS,
-    TURNING_STIFFNESS,
-)
+from fretsolve.case.dimensions import LAYER_COMPLIANCE, PRESSURE, STIFFNESS, TURNING_STIFFNESS
 from fretsolve.case.history import ACTUATORS
 from fretsolve.case.keys.map_keys import file_in_case_folder
 from fretsolve.case.quantities import InUnits, refused
@@ -50,8 +43,8 @@ class RigSpec(CaseModel):
     )
     compliance: Path | None = Field(
         default=None,
-        description="instead of stiffnesses: text file with the 6 x 6 compliance in mm/N, rad/N, rad/(N mm); columns Qx,"
-        " Qy, P, Mx, My, Mz, rows delta_x, delta_y, delta_z, phi_x, phi_y, phi_z",
+        description="instead of stiffnesses: text file with the 6 x 6 compliance in mm/N, rad/N, rad/(N mm); columns"
+        " Qx, Qy, P, Mx, My, Mz, rows delta_x, delta_y, delta_z, phi_x, phi_y, phi_z",
         examples=["rig.csv"],
     )
 
@@ -77,24 +70,6 @@ class RigSpec(CaseModel):
         return self
 
 
-class LineRigSpec(RigSpec):
-    """What gives between a line contact and the actuator: springs, per mm of the line's length."""
-
-    stiffness_x: Annotated[float, InUnits(LINE_STIFFNESS, above=0)] | None = Field(
-        default=None, description="stiffness per length along x", examples=["5 kN/mm^2"]
-    )
-    stiffness_y: ClassVar[None] = None  # type: ignore[misc]
-    stiffness_z: Annotated[float, InUnits(LINE_STIFFNESS, above=0)] | None = Field(
-        default=None, description="stiffness per length along the normal", examples=["20 kN/mm^2"]
-    )
-    stiffness_phi_x: ClassVar[None] = None  # type: ignore[misc]
-    stiffness_phi_y: Annotated[float, InUnits(LINE_TURNING_STIFFNESS, above=0)] | None = Field(
-        default=None, description="stiffness per length against tilts about y", examples=["5e5 N/rad"]
-    )
-    stiffness_phi_z: ClassVar[None] = None  # type: ignore[misc]
-    compliance: ClassVar[None] = None  # type: ignore[misc]
-
-
 class InterfaceSpec(CaseModel):
     """A thin layer between the bodies that shears and is compressed: a third body, an oxide, asperities.
 
@@ -117,8 +92,7 @@ class InterfaceSpec(CaseModel):
     )
     normal_modulus: Modulus | None = Field(
         default=None,
-        description="with thickness, instead of normal_compliance: modulus of a layer that cannot widen"
-        " (oedometric)",
+        description="with thickness, instead of normal_compliance: modulus of a layer that cannot widen (oedometric)",
         examples=["6 GPa"],
     )
 

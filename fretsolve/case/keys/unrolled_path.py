@@ -35,7 +35,6 @@ def imposed_at_start(rig: RigSpec | None) -> dict[str, float]:
     return {ACTUATORS[name] if name in gives else name: value for name, value in INITIAL.items()}
 
 
-
 @dataclass(frozen=True)
 class CyclePass:
     """One repetition of a cycle that holds no other cycle.

@@ -143,11 +143,9 @@ def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
     forced = tuple(forced and mode not in odd for mode, forced in enumerate(control.forced))
     compliance = control.compliance
     if compliance is not None:
-        (a, b, c) = (
-            tuple(0.0 if row in odd or column in odd else compliance[row][column] for column in range(3))
-            for row in range(3)
-        )
-        compliance = ((*a,), (*b,), (*c,))
+        kept = [0.0 if mode in odd else 1.0 for mode in range(3)]
+        one, two, three = (np.array(compliance) * np.outer(kept, kept)).tolist()
+        compliance = (*one,), (*two,), (*three,)
     return LoadControl(forced, control.values, compliance)
 
 

@@ -17,14 +17,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fretsolve.contact.kernels import ON_ANY_GRID, GridKernels
-from fretsolve.contact.solvers.incremental_update import Workspace
 from fretsolve.contact.kernels.cg import diagonal, share
+from fretsolve.contact.solvers.incremental_update import Workspace
 from fretsolve.contact.solvers.rigid_modes import SINGLE_MODES, inverse_of
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums
 
 Apply = Callable[[FloatArray, FloatArray], None]
 """A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
+
+Springs = tuple[list[int], DoubleArray]
+"""The modes of a rig that gives way, and its compliance (3, 3)."""
 
 DEPENDENT_CONSTRAINTS = 1e-6
 """Eigenvalue, over the largest, below which a combination of constraints is ignored: one cell resists no rotation."""
@@ -63,7 +66,11 @@ class ProjectedCG:
         return self.solution, self._displacement
 
     def constrain(
-        self, motions: Sequence[Sums], x: FloatArray, y: FloatArray, springs: tuple[list[int], DoubleArray] | None = None
+        self,
+        motions: Sequence[Sums],
+        x: FloatArray,
+        y: FloatArray,
+        springs: tuple[list[int], DoubleArray] | None = None,
     ) -> None:
         """Keep the solution orthogonal to m rigid motions, each of three amplitudes (a, b, c).
 
@@ -143,11 +150,12 @@ class ProjectedCG:
             if len(z) == 2:
                 z += diagonal(self.weight, within) * constraint
             loads.append([_product(other, z) for other in springs.sprung])
-        stiffness = np.array(loads)
-        return 0.5 * (stiffness + stiffness.T)
+        stiffness: DoubleArray = np.array(loads)
+        stiffness += stiffness.T.copy()
+        return 0.5 * stiffness
 
 
-def springs_of(control: LoadControl, scale: float) -> tuple[list[int], DoubleArray] | None:
+def springs_of(control: LoadControl, scale: float) -> Springs | None:
     """Return the modes of a rig that gives way, and its compliance (3, 3) times `scale`; None without a rig."""
     return None if control.compliance is None else (control.sprung_index, scale * np.array(control.compliance))
 
@@ -160,9 +168,7 @@ class _Springs:
     inner iterations.
     """
 
-    def __init__(
-        self, constraints: FloatArray, gram: DoubleArray, inverse_gram: DoubleArray, compliance: DoubleArray
-    ):
+    def __init__(self, constraints: FloatArray, gram: DoubleArray, inverse_gram: DoubleArray, compliance: DoubleArray):
         self.count = len(inverse_gram)
         self.sprung, self._gram, self._inverse_gram = constraints[self.count :], gram, inverse_gram
         self._compliance = compliance

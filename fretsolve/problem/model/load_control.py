@@ -66,7 +66,7 @@ class LoadControl:
 
     @cached_property
     def imposed_displacement(self) -> Vector:
-        """The imposed displacements, of the actuator where there is a rig, 0 where the resultant is imposed; read-only."""
+        """The imposed displacements, of the actuator with a rig, 0 where the resultant is imposed; read-only."""
         return _read_only([0.0 if forced else value for forced, value in zip(self.forced, self.values, strict=True)])
 
     @cached_property

@@ -17,7 +17,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from fretsolve.case.history import COMPONENTS, PAIRS, SHEARING
-from fretsolve.case.keys.unrolled_path import CyclePass, Stage, imposed_after, imposed_at_start
+from fretsolve.case.keys.unrolled_path import CyclePass, Stage, imposed_after
 from fretsolve.problem.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import Model

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -86,7 +86,7 @@ class Model:
     friction_evolves: bool = False
     orthotropy: Orthotropy | None = None
     rig: Rig | None = None
-    at_start: Mapping[str, float] = field(default_factory=dict)
+    at_start: dict[str, float] = field(default_factory=dict)
 
     @property
     def coupled(self) -> bool:

@@ -6,6 +6,7 @@ compliance C of all that gives between the two. Vectors and matrices follow the 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,5 @@ def rig_of(spec: RigSpec | None) -> Rig | None:
         return None
     if spec.compliance is not None:
         raise NotImplementedError
-    stiffness = {motion: getattr(spec, key, None) for key, motion in STIFFNESSES.items()}
-    diagonal = [1.0 / stiffness[motion] if stiffness[motion] is not None else 0.0 for motion in MOTIONS]
-    return Rig(np.diag(diagonal))
+    stiffness = {motion: getattr(spec, key, None) or math.inf for key, motion in STIFFNESSES.items()}
+    return Rig(np.diag([1.0 / stiffness[motion] for motion in MOTIONS]))
