@@ -29,7 +29,8 @@ class CoupledEquations:
     """The equations at fixed zones for the n cells of `contact` (nx, ny), with lengths over the operator's unit.
 
     normal: (2, n), 0 where a cell sticks; drag: (n,), b' where a cell slips, 0 elsewhere; stiffness: S over the unit,
-    (n,); motions: N, (m, 3, n), whose first component belongs to the gap.
+    (n,); motions: N, (m + k, 3, n), whose first component belongs to the gap: of the m imposed loads, then of the k
+    modes of a rig that gives way; compliance: of the rig over the unit, (k, k).
     """
 
     def __init__(
@@ -40,9 +41,11 @@ class CoupledEquations:
         drag: FloatArray,
         stiffness: FloatArray,
         motions: FloatArray,
+        compliance: FloatArray,
     ):
         self._operator, self._cells = operator, np.flatnonzero(contact)
         self._normal, self._drag, self._stiffness, self._loads = normal, drag, stiffness, motions
+        self._imposed, self._compliance = len(motions) - len(compliance), compliance
         self._tractions, self._displacements = np.zeros((3, *contact.shape)), np.empty((3, *contact.shape))
         self._scaled = np.empty((3, *contact.shape), operator.inner.dtype)
         weight = 1.0 / (1.0 + stiffness)
@@ -54,7 +57,12 @@ class CoupledEquations:
             self._keep_across(motion)
         self._answers = np.array([self._invert(motion) for motion in self._motions]).reshape(motions.shape)
         resultants = np.array([self._resultants(answer) for answer in self._answers])
-        self._schur = np.linalg.pinv(resultants.T, rcond=DEPENDENT_MOTIONS) if resultants.size else resultants
+        self._schur = resultants
+        if resultants.size:
+            # a rig gives way by t = -C N' u
+            small = self._weighted(resultants.T)
+            small[self._imposed :, self._imposed :] += np.eye(len(compliance))
+            self._schur = np.linalg.pinv(small, rcond=DEPENDENT_MOTIONS)
 
     def solve(
         self, right: FloatArray, missing: FloatArray, reduction: float, most: int
@@ -92,9 +100,14 @@ class CoupledEquations:
         image = displacements.reshape(3, -1).take(self._cells, axis=1) / self._operator.unit
         image[1:] += unknown[1:] * self._stiffness
         self._keep_across(image)
-        for amplitude, motion in zip(amplitudes, self._motions, strict=True):
+        given_way = self._compliance @ self._resultants(unknown)[self._imposed :]
+        for amplitude, motion in zip((*amplitudes, *-given_way), self._motions, strict=True):
             image -= motion * amplitude
         return image
+
+    def _weighted(self, resultants: FloatArray) -> FloatArray:
+        """Return resultants (m + k, ...), the last k times the rig's compliance."""
+        return np.concatenate([resultants[: self._imposed], self._compliance @ resultants[self._imposed :]])
 
     def _keep_across(self, field: FloatArray) -> None:
         field[1:] -= (field[1] * self._normal[0] + field[2] * self._normal[1]) * self._normal
@@ -105,12 +118,13 @@ class CoupledEquations:
     def _precondition(self, right: FloatArray, missing: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return unknowns and amplitudes that meet `missing` exactly and `right` roughly."""
         unknown = self._invert(right)
-        if not len(missing):
+        if not len(self._loads):
             return unknown, np.zeros(0)
-        amplitudes: FloatArray = self._schur @ (missing - self._resultants(unknown))
+        wanted = np.concatenate([missing, np.zeros(len(self._compliance))])
+        amplitudes: FloatArray = self._schur @ (wanted - self._weighted(self._resultants(unknown)))
         for amplitude, answer in zip(amplitudes, self._answers, strict=True):
             unknown += answer * amplitude
-        return unknown, amplitudes
+        return unknown, amplitudes[: self._imposed]
 
     def _invert(self, right: FloatArray) -> FloatArray:
         """Apply the preconditioner (T7)."""

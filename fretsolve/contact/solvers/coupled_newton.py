@@ -152,6 +152,7 @@ class CoupledNewton:
             self._uz += self._uz_before
             if step == 0:
                 self._fit_rigid(problem, work)
+            self._give_way(problem, work)
             # CN3: gap (T1), slip (T2), lam = s.n, and missing loads (T3)
             errors = self._take_gap_and_slip(problem, work)
             imposed = np.concatenate([problem.normal.imposed_resultant, problem.tangential.imposed_resultant])
@@ -184,7 +185,8 @@ class CoupledNewton:
     def _in_gross_slip(self, problem: CoupledProblem, start: CoupledState) -> CoupledState:
         work = deepcopy(start)
         np.greater(work.pressure, 0.0, out=work.slipping)
-        self._tangential.displacement(problem.tangential.imposed_displacement, work.shear)
+        motion = problem.tangential.displacement(self._tangential.resultants(start.shear))
+        self._tangential.displacement(motion, work.shear)
         work.shear *= work.slipping
         work.shear /= float(np.abs(work.shear).max()) or 1.0
         return work
@@ -199,10 +201,20 @@ class CoupledNewton:
         work.direction[:, ~work.slipping] = 0.0
         work.shear[:, work.slipping] = (friction_limit * work.direction)[:, work.slipping]
 
+    def _give_way(self, problem: CoupledProblem, work: CoupledState) -> None:
+        """Take the motions that a rig leaves to the surfaces under the present loads."""
+        for control, part, loads in (
+            (problem.normal, slice(0, 3), self._normal.resultants(work.pressure)),
+            (problem.tangential, slice(3, 6), self._tangential.resultants(work.shear)),
+        ):
+            if control.compliance is not None:
+                work.rigid[part] = np.where(control.forced, work.rigid[part], control.displacement(loads))
+
     def _fit_rigid(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Estimate the forced rigid displacements by least squares of gap and slip over the contact."""
         work.rigid[:3] = np.where(problem.normal.forced, work.rigid[:3], problem.normal.imposed_displacement)
         work.rigid[3:] = problem.tangential.imposed_displacement
+        self._give_way(problem, work)
         self._take_gap_and_slip(problem, work)
         gaps = self._normal.gap_sums(problem.separation, self._uz, work.rigid[:3], self._contact)
         work.rigid[:3] += solve_modes(self._normal.gram(self._contact), gaps, problem.normal.forced_index)
@@ -278,13 +290,21 @@ class CoupledNewton:
         motions[0, 0], motions[1, 0], motions[2, 0] = 1.0, y, x
         motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
         normal, drag = work.direction[:, contact], friction.slope(pressure) * slipping
-        return CoupledEquations(self.operator, contact, normal, drag, stiffness, motions[self._forced])
+        sprung = np.array([*problem.normal.sprung_index, *(3 + mode for mode in problem.tangential.sprung_index)], int)
+        compliance = np.zeros((6, 6))
+        for control, part in ((problem.normal, slice(0, 3)), (problem.tangential, slice(3, 6))):
+            if control.compliance is not None:
+                compliance[part, part] = control.compliance
+        compliance *= self._normal.cell_area / unit * np.outer(self._arms, self._arms)
+        kept = np.concatenate([np.flatnonzero(self._forced), sprung])
+        block = compliance[np.ix_(sprung, sprung)]
+        return CoupledEquations(self.operator, contact, normal, drag, stiffness, motions[kept], block)
 
 
 def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:
     """Return what is imposed when `part` of the change from `loads` and `rigid` is made."""
     if part == 1.0:
         return control
-    before = np.where(control.forced, loads, rigid)
+    before = np.where(control.forced, loads, rigid + control.given_way(loads))
     x, y, z = (float(b + part * (v - b)) for b, v in zip(before, control.values, strict=True))
-    return LoadControl(control.forced, (x, y, z))
+    return replace(control, values=(x, y, z))
