@@ -141,7 +141,7 @@ def _is_odd_field(field: FloatArray) -> bool:
 def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
     """Return the same control, with motions of 0 where a mirror image would turn them round."""
     forced = tuple(forced and mode not in odd for mode, forced in enumerate(control.forced))
-    compliance = control.compliance
+    compliance = control.compliance if set(control.sprung_index).difference(odd) else None
     if compliance is not None:
         kept = [0.0 if mode in odd else 1.0 for mode in range(3)]
         one, two, three = (np.array(compliance) * np.outer(kept, kept)).tolist()
