@@ -21,7 +21,7 @@ from fretsolve.contact.kernels.cg import diagonal, share
 from fretsolve.contact.solvers.incremental_update import Workspace
 from fretsolve.contact.solvers.rigid_modes import SINGLE_MODES, inverse_of
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums
+from fretsolve.system.arrays import BoolArray, DoubleArray, FloatArray, Products, Sums, Vector
 
 Apply = Callable[[FloatArray, FloatArray], None]
 """A linear map of fields (c, nx, ny), ``apply(field, result)``; both may be the same array."""
@@ -91,6 +91,13 @@ class ProjectedCG:
                 sizes = np.array([1.0 / row[mode] for row, mode in zip(scaled[-len(sprung) :], sprung, strict=True)])
                 block = compliance[np.ix_(sprung, sprung)] * np.outer(sizes, sizes)
                 self._springs = _Springs(self._constraints, np.array(gram)[:count, :count], self._inverse_gram, block)
+                self._sizes = dict(zip(sprung, sizes, strict=True))
+
+    def push(self, motion: Vector) -> None:
+        """Add the sprung modes of a motion (3,), over the unit of the residual, to the residual in the zone."""
+        assert self._springs is not None
+        for (mode, size), constraint in zip(self._sizes.items(), self._springs.sprung, strict=True):
+            self.residual += self.residual.dtype.type(size * motion[mode]) * constraint
 
     def solve(self, elastic: Apply, inverse: Apply, reduction: float, floor: float, limit: int) -> int:
         """Reduce the largest length of the residual by `reduction`, or to `floor`, in at most `limit` iterations.

@@ -102,17 +102,16 @@ class TangentialSolver:
         self._update_elastic_slip(elastic_slip, shear, last_tolerance * scales.last, 0.0)
         while True:
             # TG2, TG3: slip (T2) with the forced rigid motion by least squares; cells with lam <= 0 stick; S and W
-            imposed = control.imposed_displacement
-            if control.compliance is not None:
-                imposed = control.displacement(self.modes.resultants(shear))
-            rigid, errors = self._update_slip_and_zones(elastic_slip, control, imposed, friction_limit)
+            by_law, misfit, missing = self._meet_rig(elastic_slip, control, shear)
+            rigid, errors = self._update_slip_and_zones(elastic_slip, control, by_law - misfit, friction_limit)
             # TG4: stop at the tolerance, or where rounding allows no better, if loads and friction limit hold as well
             residual, largest, scale = self._violation(errors, rigid, scales)
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
             rounding = self._rounding(elastic_slip, rigid, scales) if since_halved >= PATIENCE else 0.0
             accurate = residual <= tolerance or largest <= rounding
             excess = self._kernels.excess(shear, friction_limit) / largest_limit if accurate else 0.0
-            solved = accurate and max(self._unbalance(control, capacity, shear), excess) <= tolerance
+            loads = control.with_springs_at(self.modes.resultants(shear) + missing) if accurate else control
+            solved = accurate and max(self._unbalance(loads, capacity, shear), excess) <= tolerance
             # given up after 100 rounds without halving: the zones cycle, as they may where almost nothing sticks
             if solved or iterations >= max_iterations or since_halved >= 100 or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
@@ -120,7 +119,7 @@ class TangentialSolver:
             only_loads_missed = 0 if corrected else only_loads_missed + 1
             # TG5: CG1 to CG6 reduce the residual of the Newton equation (T11) at fixed zones
             if corrected:
-                self._prepare_cg(control, largest)
+                self._prepare_cg(control, largest, misfit)
                 floor, limit = FLOOR * tolerance * scale / largest, max_iterations - iterations
                 elastic, inverse = self.operator.inner.tangential, self.operator.preconditioner.tangential
                 reduction = LATER_REDUCTION if scales.last else REDUCTION
@@ -242,8 +241,28 @@ class TangentialSolver:
             return 0.0
         return largest_error(self.modes.resultants(shear), control, capacity, self.modes.arms[3:])
 
-    def _prepare_cg(self, control: LoadControl, largest: float) -> None:
-        """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11)."""
+    def _meet_rig(
+        self, elastic_slip: FloatArray, control: LoadControl, shear: FloatArray
+    ) -> tuple[Vector, Vector, Vector]:
+        """Return the imposed motion by the law of a rig, the part of it that its loads still take, and their change.
+
+        Without a rig both are 0.
+        """
+        if control.compliance is None:
+            return control.imposed_displacement, np.zeros(3), np.zeros(3)
+        imposed, arguments = control.displacement(self.modes.resultants(shear)), (self.modes.x, self.modes.y)
+        fields = self._normal, self._cg.weight
+        sums, gram = self._kernels.take_slip(self._slip, elastic_slip, imposed, *arguments, *fields)
+        misfit = solve_modes(gram, sums, sorted([*control.forced_index, *control.sprung_index]))
+        misfit[control.forced_index] = 0.0
+        taken, loads = self.modes.meet_rig(control, misfit, gram, self.operator.unit)
+        return imposed, misfit - taken, loads
+
+    def _prepare_cg(self, control: LoadControl, largest: float, misfit: Vector) -> None:
+        """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11).
+
+        misfit: the motion that the loads of a rig are to take, which has been left out of the slip s.
+        """
         self._kernels.scale_tangential(self._slip, self._normal, 1.0 / largest, self._cg.residual)
         np.copyto(self._cg.normal, self._normal, casting="same_kind")
         motions = list(SINGLE_MODES)
@@ -253,6 +272,8 @@ class TangentialSolver:
             motions[2] = y if control.forced[0] else 0.0, -x if control.forced[1] else 0.0, 1.0
         springs = springs_of(control, self.modes.cell_area / self.operator.unit)
         self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y, springs)
+        if springs is not None:
+            self._cg.push(misfit / largest)
 
     def _restore_balance(self, control: LoadControl, weight: FloatArray, shear: FloatArray) -> None:
         """Add the rigid pattern W T N a to the shear, so that it has the imposed resultants."""
