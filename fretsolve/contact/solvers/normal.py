@@ -100,7 +100,8 @@ class NormalSolver:
         cells = self._gram[0][0] if known else None
         while True:
             # N2: forced rigid displacements by least squares of the gap, N' g = 0
-            rigid = self._rigid_displacement(separation, control, rigid, pressure)
+            by_law, misfit, missing = self._meet_rig(separation, control, pressure)
+            rigid = self._rigid_displacement(separation, control, rigid, by_law - misfit)
             # N3: gap by (T1); cells that penetrate join the zone
             errors = self._update_gap_and_zone(separation, rigid, tolerance, caution)
             # N4: stop at the tolerance, or where rounding allows no better
@@ -108,14 +109,15 @@ class NormalSolver:
             least, since_halved = (residual, 0) if residual < 0.5 * least else (least, since_halved + 1)
             stalled = since_halved >= 4
             accurate = residual <= tolerance or (stalled and errors.largest <= self._rounding(separation, rigid))
-            solved = accurate and self._unbalance(control, pressure) <= tolerance
+            loads = control.with_springs_at(self.modes.resultants(pressure) + missing) if accurate else control
+            solved = accurate and self._unbalance(loads, pressure) <= tolerance
             if solved or max(iterations, rounds) >= max_iterations or not np.isfinite(residual):
                 return SolverResult(rigid, iterations, residual, scale, solved)
             if stalled:  # the zone cycles, as on rough surfaces: from now on only the deepest cells join in N3
                 caution, since_halved = 1.0 - 0.4 * (1.0 - caution), 0
             # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only the loads are missed, the zone is widened
             if residual > tolerance:
-                self._prepare_cg(control, errors.largest)
+                self._prepare_cg(control, errors.largest, misfit)
                 settled, cells = self._gram[0][0] == cells, self._gram[0][0]
                 reduction = max(SETTLED_REDUCTION if settled else REDUCTION, 0.3 * tolerance / residual)
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
@@ -178,16 +180,30 @@ class NormalSolver:
         np.greater(pressure, 0.0, out=self._contact)
         self._restore_balance(control, pressure)
 
+    def _meet_rig(
+        self, separation: FloatArray, control: LoadControl, pressure: FloatArray
+    ) -> tuple[Vector, Vector, Vector]:
+        """Return the imposed motion by the law of a rig, the part of it that its loads still take, and their change.
+
+        Without a rig both are 0.
+        """
+        if control.compliance is None:
+            return control.imposed_displacement, np.zeros(3), np.zeros(3)
+        imposed = control.displacement(self.modes.resultants(pressure))
+        gaps = self.modes.gap_sums(separation, self.uz[0], imposed, self._contact)
+        misfit = -solve_modes(self._gram, gaps, sorted([*control.forced_index, *control.sprung_index]))
+        misfit[control.forced_index] = 0.0
+        taken, loads = self.modes.meet_rig(control, misfit, self._gram, self.operator.unit)
+        return imposed, misfit - taken, loads
+
     def _rigid_displacement(
-        self, separation: FloatArray, control: LoadControl, rigid: Vector, pressure: FloatArray
+        self, separation: FloatArray, control: LoadControl, rigid: Vector, imposed: Vector
     ) -> Vector:
         """Return the rigid displacements, forced ones by least squares of the gap over the contact zone.
 
         Without contact a forced delta_z lets the surfaces just touch, and forced tilts stay.
         """
-        imposed, forced = control.imposed_displacement, control.forced_index
-        if control.compliance is not None:
-            imposed = control.displacement(self.modes.resultants(pressure))
+        forced = control.forced_index
         found = np.where(control.forced, rigid, imposed)
         if self._gram[0][0]:
             if is_singular(self._gram, forced):
@@ -232,8 +248,11 @@ class NormalSolver:
             return np.inf if (found != control.imposed_resultant).any() else 0.0
         return largest_error(found, control, load, self.modes.arms)
 
-    def _prepare_cg(self, control: LoadControl, largest: float) -> None:
-        """Give CG the gap over its `largest` value (mm), the zone, and the rigid motions of the imposed loads (T10)."""
+    def _prepare_cg(self, control: LoadControl, largest: float, misfit: Vector) -> None:
+        """Give CG the gap over its `largest` value (mm), the zone, and the rigid motions of the imposed loads (T10).
+
+        misfit: the motion that the loads of a rig are to take, which has been left out of the gap.
+        """
         with np.errstate(over="ignore"):  # outside of the contact, where CG does not look, in single precision
             np.multiply(self._gap, -1.0 / largest, out=self._cg.residual[0], casting="same_kind")
         np.copyto(self._cg.weight, self._contact)
@@ -244,6 +263,8 @@ class NormalSolver:
             motions[1:] = (-middle_y, 1.0, 0.0), (-middle_x, 0.0, 1.0)
         springs = springs_of(control, self.modes.cell_area / self.operator.unit)
         self._cg.constrain([motions[mode] for mode in control.forced_index], self.modes.x, self.modes.y, springs)
+        if springs is not None:
+            self._cg.push(misfit / largest)
 
     def _release_tension(self, control: LoadControl, pressure: FloatArray) -> None:
         """Open the cells under tension.
