@@ -98,8 +98,13 @@ class Verifier:
         reach = max(grid.size[0] - grid.dx, grid.size[1] - grid.dy, TINY) / 2.0
         self._arms = np.array([1.0, reach, reach, 1.0, 1.0, reach])
 
-    def verify(self, solution: Solution, normal: LoadControl, tangential: LoadControl) -> Verification:
-        """Return gap, slip, zones and certificate; normal, tangential: what was imposed."""
+    def verify(
+        self, solution: Solution, normal: LoadControl, tangential: LoadControl, coupling: FloatArray | None = None
+    ) -> Verification:
+        """Return gap, slip, zones and certificate.
+
+        normal, tangential: what was imposed; coupling: as in `Increment`.
+        """
         contact = solution.pressure > 0.0
         friction_limit = solution.friction_limit
         # C2: gap (T1)
@@ -116,12 +121,15 @@ class Verifier:
         of_pressure, of_shear = self.normal.resultants(solution.pressure), self.tangential.resultants(solution.shear)
         resultants = np.concatenate([of_pressure, of_shear])
         carried = float(friction_limit.sum(dtype=np.float64)) * self.grid.cell_area
+        given_way = np.concatenate([normal.given_way(of_pressure), tangential.given_way(of_shear)])
+        if coupling is not None:
+            given_way += np.concatenate([coupling @ of_shear, coupling.T @ of_pressure])
         certificate = Certificate(
             gap=float(np.maximum(errors.residual, tension)) + 0.0,  # -0.0 is 0
             stick=stick,
             slip=across,
             bound=excess,
-            load=self._load_residual(solution.rigid, resultants, carried, normal, tangential),
+            load=self._load_residual(solution.rigid + given_way, resultants, carried, normal, tangential),
         )
         return Verification(gap, errors.gap_scale, slip, zone, resultants, certificate)
 
@@ -224,13 +232,15 @@ class Verifier:
         return slip, zone, stick, float(np.max(weighted)) / largest
 
     def _load_residual(
-        self, rigid: Vector, resultants: Vector, carried: float, normal: LoadControl, tangential: LoadControl
+        self, motions: Vector, resultants: Vector, carried: float, normal: LoadControl, tangential: LoadControl
     ) -> float:
         """Return the largest error of an imposed load over P, or over what friction can carry (`carried`, N), or of an
-        imposed displacement over the largest rigid displacement; a moment or rotation: times its arm."""
+        imposed displacement over the largest displacement; a moment or rotation: times its arm.
+
+        motions: rigid displacements, of the actuator where there is a rig.
+        """
         arms, loads = self._arms.tolist(), resultants.tolist()
-        ways = [control.given_way(part) for control, part in ((normal, resultants[:3]), (tangential, resultants[3:]))]
-        moved = (rigid + np.concatenate(ways)).tolist()
+        moved = motions.tolist()
         farthest = max(abs(value) * arm for value, arm in zip(moved, arms, strict=True))
         capacities = [loads[0]] * 3 + [carried] * 3
         errors = []

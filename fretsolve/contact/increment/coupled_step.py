@@ -54,6 +54,7 @@ def coupled_problem(
         tangential=tangential,
         motion=max(LEAST_MOTION * start.largest_displacement, start.largest_mismatch(work.pressure), least_slip),
         least_slip=least_slip,
+        coupling=increment.coupling,
     )
 
 

@@ -108,7 +108,7 @@ class IncrementSolver:
                 continue
             # C1: displacements of the tractions on the whole grid; C2 to C6: the certificate
             solution = self._solution(start, work)
-            verified = self._verifier.verify(solution, increment.normal, increment.tangential)
+            verified = self._verifier.verify(solution, increment.normal, increment.tangential, increment.coupling)
             if verified.certificate.worst <= self.tolerance:
                 require_inside(work.pressure, self.grid, self._map_border)
                 return Solved(
@@ -285,7 +285,8 @@ class OrthotropicIncrementSolver(IncrementSolver):
             rigid=scale.times_motion(start.rigid),
             mismatch=None if start.mismatch is None else scale.times(start.mismatch),
         )
-        scaled = replace(increment, tangential=scale.scaled(increment.tangential))
+        coupling = None if increment.coupling is None else increment.coupling @ scale.matrix
+        scaled = replace(increment, tangential=scale.scaled(increment.tangential), coupling=coupling)
         try:
             solved = super().solve(scaled, scaled_start)
         except SlidingError as error:

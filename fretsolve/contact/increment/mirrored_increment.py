@@ -113,6 +113,13 @@ def _is_even(increment: Increment, start: InitialState) -> bool:
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
         if any(control.values[mode] for mode in odd) or _turns(control, odd):
             return False
+    if increment.coupling is not None and any(
+        increment.coupling[row, column]
+        for row in range(3)
+        for column in range(3)
+        if (row in ODD_NORMAL) != (column in ODD_TANGENTIAL)
+    ):
+        return False
     coefficient = start.friction.coefficient
     fields = [start.pressure, start.shear, start.displacement, start.mismatch]
     rigid, expected = start.rigid[ODD], start.prediction

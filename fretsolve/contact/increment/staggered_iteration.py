@@ -9,6 +9,7 @@ import numpy as np
 
 from fretsolve.contact.increment.coupled_step import coupled_problem, solve_coupled, solve_directly
 from fretsolve.contact.increment.failures import (
+    ADVICE,
     gross_slip_error,
     is_far,
     why_not_pressed,
@@ -75,8 +76,12 @@ class StaggeredIteration:
             most = self.max_iterations
             return problem is not None and solve_coupled(self.level, problem, start, work, target, most)
 
-        if self._solved_directly(increment, start, work, target) or (work.coupled_step and solved_together()):
+        # a rig may couple the motions as the surfaces do not: then both problems are solved together at once
+        together = work.coupled_step or increment.coupling is not None
+        if self._solved_directly(increment, start, work, target) or (together and solved_together()):
             return
+        if increment.coupling is not None and self.model.has_shear:
+            raise NotConvergedError(f"pressure and shear, which the rig couples, are not found together; {ADVICE}")
         # ST1: the surfaces deformed by the shear of the start
         self._begin(work, target)
         while True:
@@ -152,6 +157,7 @@ class StaggeredIteration:
             or work.staggered_iterations
             or is_far(increment.tangential, self.level.grid)
             or increment.normal.compliance is not None
+            or increment.coupling is not None
         ):
             return False
         solver = self.level.direct
@@ -180,7 +186,7 @@ class StaggeredIteration:
     def _holds(self, increment: Increment, start: InitialState, work: WorkingState) -> bool:
         """Return whether the start is the solution: nothing imposed changes, and its shear is within friction."""
         control = self._control
-        if start.normal != increment.normal or start.mismatch is not None:
+        if start.normal != increment.normal or start.mismatch is not None or increment.coupling is not None:
             return False
         if not self.model.has_shear or not np.array_equal(work.shear, start.shear):
             return False

@@ -20,7 +20,7 @@ from fretsolve.elastic.rounding import LEAST_SLIP
 from fretsolve.problem.friction.limit import FrictionLimit
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import TINY, BoolArray, FloatArray, Vector, grown
+from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray, Vector, grown
 
 ROUGHLY, CLOSELY = 1e-2, 1e-6
 """Factors by which GMRES reduces the residual of (T13): at first, and if the steps then do not converge. At strong
@@ -34,7 +34,7 @@ class CoupledProblem:
     separation: (nx, ny), undeformed; elastic_slip: (2, nx, ny), since the increment's start, at the tractions
     `pressure` (nx, ny) and `shear` (2, nx, ny); before: delta_z, phi_x, phi_y at the start; friction: the
     friction limit by the pressure; normal, tangential: what is imposed, tangential displacements as increments; motion,
-    least_slip: as in `SlipScales`.
+    least_slip: as in `SlipScales`; coupling: as in `Increment`.
     """
 
     separation: FloatArray
@@ -47,6 +47,18 @@ class CoupledProblem:
     tangential: LoadControl
     motion: float
     least_slip: float
+    coupling: FloatArray | None = None
+
+    @property
+    def rig(self) -> DoubleArray:
+        """The compliance of the rig, (6, 6)."""
+        compliance = np.zeros((6, 6))
+        for control, part in ((self.normal, slice(0, 3)), (self.tangential, slice(3, 6))):
+            if control.compliance is not None:
+                compliance[part, part] = control.compliance
+        if self.coupling is not None:
+            compliance[:3, 3:], compliance[3:, :3] = self.coupling, self.coupling.T
+        return compliance
 
 
 @dataclass
@@ -83,15 +95,16 @@ class CoupledNewton:
         max_iterations: of GMRES for each attempt.
         """
         self.begin(problem, max_iterations)
-        loads, rigid = self.resultants(start), start.rigid.copy()
+        loads = self.resultants(start)
+        motions = start.rigid + self._rig @ loads
         reached, part, reduction = 0.0, 1.0, ROUGHLY
         while reached < 1.0:
             # CN9: the problem with a part of the change of the loads, at first the whole change
             to = min(1.0, reached + part)
             partial = replace(
                 problem,
-                normal=_moved(problem.normal, loads[:3], rigid[:3], to),
-                tangential=_moved(problem.tangential, loads[3:], rigid[3:], to),
+                normal=_moved(problem.normal, loads[:3], motions[:3], to),
+                tangential=_moved(problem.tangential, loads[3:], motions[3:], to),
             )
             wanted = tolerance if to == 1.0 else 1e-3  # parts only give estimates
             found = self.solve_from(partial, start, wanted, reduction)
@@ -109,6 +122,8 @@ class CoupledNewton:
         """Prepare to solve a problem, whole and in parts."""
         self.iterations, self._most = 0, max_iterations
         self._forced = np.array([*problem.normal.forced, *problem.tangential.forced])
+        self._rig = problem.rig
+        self._sprung = np.flatnonzero(self._rig.any(axis=0))
         self._uz_before.fill(0.0)
         if problem.pressure.any():
             pressure, shear = problem.pressure.astype(np.float64), problem.shear.astype(np.float64)
@@ -185,8 +200,8 @@ class CoupledNewton:
     def _in_gross_slip(self, problem: CoupledProblem, start: CoupledState) -> CoupledState:
         work = deepcopy(start)
         np.greater(work.pressure, 0.0, out=work.slipping)
-        motion = problem.tangential.displacement(self._tangential.resultants(start.shear))
-        self._tangential.displacement(motion, work.shear)
+        given_way = (self._rig @ self.resultants(start))[3:]
+        self._tangential.displacement(problem.tangential.imposed_displacement - given_way, work.shear)
         work.shear *= work.slipping
         work.shear /= float(np.abs(work.shear).max()) or 1.0
         return work
@@ -203,12 +218,9 @@ class CoupledNewton:
 
     def _give_way(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Take the motions that a rig leaves to the surfaces under the present loads."""
-        for control, part, loads in (
-            (problem.normal, slice(0, 3), self._normal.resultants(work.pressure)),
-            (problem.tangential, slice(3, 6), self._tangential.resultants(work.shear)),
-        ):
-            if control.compliance is not None:
-                work.rigid[part] = np.where(control.forced, work.rigid[part], control.displacement(loads))
+        if len(sprung := self._sprung):
+            imposed = np.array([*problem.normal.values, *problem.tangential.values])
+            work.rigid[sprung] = (imposed - self._rig @ self.resultants(work))[sprung]
 
     def _fit_rigid(self, problem: CoupledProblem, work: CoupledState) -> None:
         """Estimate the forced rigid displacements by least squares of gap and slip over the contact."""
@@ -290,21 +302,16 @@ class CoupledNewton:
         motions[0, 0], motions[1, 0], motions[2, 0] = 1.0, y, x
         motions[3, 1], motions[4, 2], motions[5, 1], motions[5, 2] = 1.0, 1.0, -y, x
         normal, drag = work.direction[:, contact], friction.slope(pressure) * slipping
-        sprung = np.array([*problem.normal.sprung_index, *(3 + mode for mode in problem.tangential.sprung_index)], int)
-        compliance = np.zeros((6, 6))
-        for control, part in ((problem.normal, slice(0, 3)), (problem.tangential, slice(3, 6))):
-            if control.compliance is not None:
-                compliance[part, part] = control.compliance
-        compliance *= self._normal.cell_area / unit * np.outer(self._arms, self._arms)
+        sprung, compliance = self._sprung, self._rig * (self._normal.cell_area / unit)
+        block = (compliance * np.outer(self._arms, self._arms))[np.ix_(sprung, sprung)]
         kept = np.concatenate([np.flatnonzero(self._forced), sprung])
-        block = compliance[np.ix_(sprung, sprung)]
         return CoupledEquations(self.operator, contact, normal, drag, stiffness, motions[kept], block)
 
 
-def _moved(control: LoadControl, loads: Vector, rigid: Vector, part: float) -> LoadControl:
-    """Return what is imposed when `part` of the change from `loads` and `rigid` is made."""
+def _moved(control: LoadControl, loads: Vector, motions: Vector, part: float) -> LoadControl:
+    """Return what is imposed when `part` of the change from `loads` and `motions` is made."""
     if part == 1.0:
         return control
-    before = np.where(control.forced, loads, rigid + control.given_way(loads))
+    before = np.where(control.forced, loads, motions)
     x, y, z = (float(b + part * (v - b)) for b, v in zip(before, control.values, strict=True))
     return replace(control, values=(x, y, z))

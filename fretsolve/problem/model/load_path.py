@@ -38,7 +38,8 @@ class Increment:
 
     bulk: bulk stresses at its end (MPa) by their names; strain_mismatch: by how much they change the mismatch of the
     surfaces in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has set,
-    None without one.
+    None without one; coupling: compliance of a rig from tangential loads to normal motions, (3, 3), and transposed the
+    other way, None where a rig has none.
     """
 
     step: int
@@ -48,6 +49,7 @@ class Increment:
     bulk: dict[str, float] = field(default_factory=dict)
     strain_mismatch: Vector | None = None
     friction: float | None = None
+    coupling: DoubleArray | None = None
 
 
 @dataclass(frozen=True)
@@ -240,15 +242,16 @@ class LoadPath:
     def increment(self, step: int, history: Sequence[Summary]) -> Increment:
         """Return what is imposed at `step`; `history` holds the summaries of all steps before it."""
         planned, values = self._values(step, history)
-        normal, tangential = _load_controls(values, self._model)
+        normal, tangential, coupling = _load_controls(values, self._model)
         response = self._model.bulk
         friction = values.get("friction")
         if response is None:
-            return Increment(step, planned.stage, normal, tangential, friction=friction)
+            return Increment(step, planned.stage, normal, tangential, friction=friction, coupling=coupling)
         bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
         strains = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
         bulk = response.with_constraint(bulk)
-        return Increment(step, planned.stage, normal, tangential, bulk, strains if strains.any() else None, friction)
+        mismatch = strains if strains.any() else None
+        return Increment(step, planned.stage, normal, tangential, bulk, mismatch, friction, coupling)
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""
@@ -303,21 +306,23 @@ def _moves(stage: Stage) -> bool:
     return any(name != "friction" for name, _ in stage.targets)
 
 
-def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl, LoadControl]:
-    """Return what is imposed on the normal and on the tangential problem.
+def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl, LoadControl, DoubleArray | None]:
+    """Return what is imposed on the normal and on the tangential problem, and `coupling` as in `Increment`.
 
     Of a motion of the actuator the part is taken by which known loads bend the rig.
     """
     forced = tuple(force in values for force, _ in PAIRS)
     imposed = [next(values[name] for name in names if name in values) for names in COMPONENTS]
     if model.rig is None:
-        return LoadControl(forced[:3], (*imposed[:3],)), LoadControl(forced[3:], (*imposed[3:],))
+        return LoadControl(forced[:3], (*imposed[:3],)), LoadControl(forced[3:], (*imposed[3:],)), None
     moved = np.array([actuator in values for *_, actuator in COMPONENTS])
     compliance = model.rig.compliance * moved[:, None]
     known = np.where(forced, imposed, 0.0)
     imposed = (np.array(imposed) - compliance @ known).tolist()
     compliance = compliance * moved
-    return _control(forced, imposed, compliance, slice(0, 3)), _control(forced, imposed, compliance, slice(3, 6))
+    coupling = compliance[:3, 3:]
+    normal, tangential = (_control(forced, imposed, compliance, family) for family in (slice(0, 3), slice(3, 6)))
+    return normal, tangential, coupling if coupling.any() else None
 
 
 def _control(forced: tuple[bool, ...], imposed: list[float], compliance: DoubleArray, family: slice) -> LoadControl:

@@ -15,7 +15,7 @@ from fretsolve.case.history import BULK
 from fretsolve.case.keys.body_specs import Body, ElasticBody
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import FloatArray, Products, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Products, Vector
 
 
 @dataclass(frozen=True)
@@ -144,6 +144,11 @@ class Orthotropy:
         return cls(xx, (first - 1.0 / first) * cosine * sine, yy)
 
     @property
+    def matrix(self) -> DoubleArray:
+        """M of motions along x, along y and of rotations, (3, 3)."""
+        return np.array([[self.xx, self.xy, 0.0], [self.xy, self.yy, 0.0], [0.0, 0.0, 1.0]])
+
+    @property
     def inverse(self) -> Orthotropy:
         """M^-1."""
         return Orthotropy(self.yy, -self.xy, self.xx)
@@ -174,6 +179,5 @@ class Orthotropy:
         """Return M C M."""
         if compliance is None:
             return None
-        matrix = np.array([[self.xx, self.xy, 0.0], [self.xy, self.yy, 0.0], [0.0, 0.0, 1.0]])
-        one, two, three = (matrix @ np.array(compliance) @ matrix).tolist()
+        one, two, three = (self.matrix @ np.array(compliance) @ self.matrix).tolist()
         return (*one,), (*two,), (*three,)

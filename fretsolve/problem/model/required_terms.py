@@ -143,7 +143,7 @@ def derive_model(case: Case, largest_friction: float | None = None) -> Model:
         line,
         case.friction.initial is not None,
         _orthotropy(case),
-        rig_of(case.rig),
+        rig_of(case),
         imposed_at_start(case.rig),
     )
 
