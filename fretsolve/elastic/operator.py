@@ -36,10 +36,10 @@ class Preconditioner:
 
     It inverts the symbol of the half-space on a periodic grid. In an unbounded half-space a traction of wave vector k
     meets the compliance A/k if it is normal, A/k if it is a shear along k and (A + B)/k if it is a shear across k (T8
-    of docs/theory.md), and besides the compliance of a layer. The inverse of this symbol acts over a few cells only: its kernel falls like 1/r^3. So the
-    contact needs no zero-padding, since no contact reaches the edges of its grid, single precision is enough, and an
-    application costs a small part of one of the elastic operator. The spectra of the elastic operator would not do:
-    they ripple about the symbol, down to negative values if dx and dy differ.
+    of docs/theory.md); the compliance of a layer adds to each. The inverse of this symbol acts over a few cells only:
+    its kernel falls like 1/r^3. So the contact needs no zero-padding, since no contact reaches the edges of its grid,
+    single precision is enough, and an application costs a small part of one of the elastic operator. The spectra of the
+    elastic operator would not do: they ripple about the symbol, down to negative values if dx and dy differ.
     """
 
     _convolution_type: ClassVar[Callable[..., Any]] = PaddedConvolution

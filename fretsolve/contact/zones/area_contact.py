@@ -15,14 +15,7 @@ import numpy as np
 
 from fretsolve.case.history import FEWEST_SPOT_CELLS, SPOTS
 from fretsolve.contact.increment.increment import IncrementSolver, Solved
-from fretsolve.contact.zones.edge_law import (
-    LEVER,
-    LEVER_ALONG,
-    LEVER_MOST,
-    LEVER_SLANTING,
-    EdgeLaw,
-    ZoneFields,
-)
+from fretsolve.contact.zones.edge_law import LEVER, LEVER_ALONG, LEVER_MOST, LEVER_SLANTING, EdgeLaw, ZoneFields
 from fretsolve.contact.zones.zone_cells import MARGIN_CELLS, Front, ZoneCells
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.materials import Compliances

@@ -8,9 +8,9 @@ a side. For the stick zone the reserve, by which the shear traction is below the
 pressure, and slip takes the place of the gap: the slip increment, or all the slip so far where the inner cell never
 slipped.
 
-A layer between the bodies takes the root from both sides of an edge: where it shears by more than the bodies give over a
-cell, the shear traction falls in proportion to the distance, and so does the slip. The layer's compliance L then adds
-to h over lever and modulus, and every power is as much of a root as the bodies' part of the sum.
+A layer between the bodies takes the root from both sides of an edge: where it gives way by more than the bodies do over
+a cell, traction and slip fall in proportion to the distance. The layer's compliance adds to h over lever and modulus,
+and insets and powers keep as much of those of the root as the bodies have of this sum.
 
 No smooth front fits along a body's sharp edge, and in contacts so small that no cell has its neighbours with it. The
 reserve behind the front gives its place if there is less slip than belongs to the shear traction, as when the front
@@ -199,7 +199,8 @@ class EdgeLaw:
             self._at_limit = places[at_limit]
             past = outer[at_limit] + np.arange(3)[:, None] * (outer - inner)[at_limit]
             power = 1.0 + 0.5 * self._root(self._at_limit)
-            self._inside = _share_by_slip(*np.hypot(slip[0][past], slip[1][past]), power)
+            first, second, third = np.hypot(slip[0][past], slip[1][past])
+            self._inside = _share_by_slip(first, second, third, power)
 
     def _slip_past(
         self, links: Links, slip: list[FloatArray], slip_before: FloatArray
