@@ -27,10 +27,7 @@ SPHERE = hertz_sphere(LOAD, RADIUS, MODULUS)
 A, P0, LIMIT = SPHERE.contact_radius, SPHERE.max_pressure, FRICTION * LOAD
 UNIT = FRICTION * P0 * A / MODULUS
 SHARES = (0.5, 0.9)
-CERTIFIED = {
-    0.5: ((0.757686, 0.88396), (1.587442, 0.57548)),
-    1.0: ((0.932632, 0.90423), (1.948503, 0.60871)),
-}
+CERTIFIED = {0.5: ((0.757686, 0.88396), (1.587442, 0.57548)), 1.0: ((0.932632, 0.90423), (1.948503, 0.60871))}
 """D and c/a at SHARES of mu P, by L E'/a."""
 
 
@@ -85,12 +82,12 @@ def test_the_way_back_is_twice_the_first_loading() -> None:
 
 
 def test_just_after_a_reversal_the_contact_sticks_on_the_layer() -> None:
-    """A force of mu P over 1000 moves the edge of the stick zone by less than that; the rest is the grid's."""
+    """All cells stick, whose area is off by 7e-4 on 128 points and by 7e-3 on 64; that is 1.8e-3 without a layer."""
     for share in (0.5, 1.0, 10.0):
         path = [{"P": LOAD}, {"Qx": 0.9 * LIMIT, "increments": 1}, {"Qx": 0.899 * LIMIT, "increments": 1}]
         before, after = (
             state.summary
-            for state in solve(bodies=NO_POISSON, grid={"points": 64}, load_path=path, interface=layer(share))[-2:]
+            for state in solve(bodies=NO_POISSON, grid={"points": 128}, load_path=path, interface=layer(share))[-2:]
         )
         found = (before.delta_x - after.delta_x) / (0.001 * LIMIT)
         assert found == pytest.approx(layered_stick_compliance(A, 4.0 / MODULUS, share * A / MODULUS), rel=2e-3)

@@ -65,7 +65,7 @@ def test_the_displacement_grows_by_the_compliance_times_the_traction(kind: str) 
 def test_the_layer_between_bodies_with_friction_of_two_coefficients() -> None:
     """The displacement of the scaled traction is scaled, too: M L M q' for q = M q'."""
     orthotropy, terms = Orthotropy.of((0.4, 0.1), 0.3), Terms(True, True, False)
-    uz, ut = np.empty(SHAPE), np.empty((2, *SHAPE))
+    ut = np.empty((2, *SHAPE))
     _, shear = tractions(SHAPE)
     found = []
     for material in (LAYERED, BARE):

@@ -17,7 +17,7 @@ A, S = 0.3, 4e-5
 
 
 def compliance_on_rings(layer: float, count: int) -> float:
-    """Solve (K + L) q = 1 on rings that lie closer together at the rim; K of a ring by its circumference and midpoint."""
+    """Solve (K + L) q = 1 on rings that lie closer together at the rim, between the middles of rings."""
     edges = A * np.sin(0.5 * math.pi * np.linspace(0.0, 1.0, count + 1))
     middle, area = 0.5 * (edges[1:] + edges[:-1]), math.pi * np.diff(edges**2)
     r, rho = middle[:, None], middle[None, :]

@@ -12,8 +12,8 @@ from solving import DISSIMILAR, FRICTION, HERTZ, MATERIAL, SIMILAR, build
 from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.problem.model.materials import compliances
 from fretsolve.problem.setup.closed_forms import ClosedForms
-from fretsolve.problem.setup.wear_forms import worn_cycles
 from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.problem.setup.wear_forms import worn_cycles
 from fretsolve.reference.layered import layered_stick_compliance
 from fretsolve.simulation.problem_setup import set_up
 
@@ -22,7 +22,7 @@ SHEARS, YIELDS = {"shear_compliance": L}, {"normal_compliance": L}
 PATH = [{"P": 400.0}, {"Qx": 36.0}, {"Qx": -36.0}]
 
 
-def forms_of(interface: dict[str, Any], *stages: dict[str, float], **parts: Any) -> ClosedForms:
+def forms_of(interface: dict[str, Any], *stages: dict[str, Any], **parts: Any) -> ClosedForms:
     case = build(load_path=list(stages or PATH), grid={"points": 12, "size": 1.0}, interface=interface, **parts)
     return set_up(case).closed_forms
 
@@ -46,7 +46,7 @@ def test_a_layer_that_is_compressed_leaves_no_closed_form_of_pressing() -> None:
 
 def test_neither_spence_nor_a_shifted_stick_zone_with_a_layer_that_shears() -> None:
     assert forms_of(SHEARS, {"P": 400.0}, bodies=DISSIMILAR).smallest_stick is None
-    bulk = forms_of(SHEARS, {"P": 400.0}, {"Qx": 20.0, "bulk_2_xx": 10.0})
+    bulk = forms_of(SHEARS, {"P": 400.0}, {"Qx": 20.0, "bulk_2": {"xx": 10.0}})
     assert bulk.under_bulk == "it needs bodies without a layer between them"
     assert bulk.smallest_stick is None
     moved = forms_of(SHEARS, {"P": 400.0}, {"delta_x": 1e-4})
