@@ -14,6 +14,7 @@ from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
 from fretsolve.reference.materials import material_named
+from fretsolve.reference.tangential import full_stick_compliance
 
 MOST_STAGES_LISTED = 40
 
@@ -47,6 +48,24 @@ def material_lines(setup: ProblemSetup) -> Iterator[str]:
             changed = [name for name, value in found.constants.items() if getattr(body, name) != value]
             but = f"; the case changes {' and '.join(changed)}" if changed else ""
             yield f"body {number}: {found.name}, by {found.source}{but}"
+
+
+def layer_lines(setup: ProblemSetup) -> Iterator[str]:
+    """Yield a line on what a layer between the bodies adds, over what the bodies give where a closed form has that."""
+    pair, forms, said = setup.model.compliances, setup.closed_forms, list[str]()
+    line, area = forms.widest, forms.largest
+    size = line.half_width if line is not None else min(area.half_extent) if area is not None else None
+    if pair.layer_shear:
+        said.append(f"it shears by L = {pair.layer_shear:.4g} mm/MPa")
+        if size is not None and pair.torsional:
+            said.append(f"L E'/a = {2.0 * pair.layer_shear / (pair.torsional * size):.3g}")
+        if area is not None and (stick := forms.full_stick(area)) is not None:
+            share = 1.0 - full_stick_compliance(area.contact_radius, pair.tangential) / stick
+            said.append(f"{percent(share, 3)} of the motion while nothing slips")
+    if pair.layer_normal:
+        said.append(f"it is compressed by {pair.layer_normal:.4g} mm/MPa, so that no closed form gives the contact")
+    if said:
+        yield f"layer: {', '.join(said)}"
 
 
 def grid_line(setup: ProblemSetup) -> str:

@@ -9,6 +9,8 @@ traction on body 2. With A, B, C, E* of `fretsolve.problem.model.materials` they
     ux from qy  B/(2 pi)  int x y/r^3                  = uy from qx
     ux from p   C/(4 pi)  int x/r^2                    uz from qx = -(ux from p); y alike
 
+A layer between the bodies moves by the traction at its place alone, which adds to a cell's own coefficient.
+
 Every integral is even or odd in x and in y, so only the quadrant of offsets x, y >= 0 is computed.
 """
 
@@ -77,6 +79,7 @@ def influence_coefficients(
                 total[rows] += factor * integral(x[rows], y, *spacing)
 
     (team or ThreadTeam()).of_rows(shape, add)
+    total[0, 0] += compliances.of_layer(name)
     return total
 
 

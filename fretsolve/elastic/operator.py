@@ -36,10 +36,10 @@ class Preconditioner:
 
     It inverts the symbol of the half-space on a periodic grid. In an unbounded half-space a traction of wave vector k
     meets the compliance A/k if it is normal, A/k if it is a shear along k and (A + B)/k if it is a shear across k (T8
-    of docs/theory.md). The inverse of this symbol acts over a few cells only: its kernel falls like 1/r^3. So the
-    contact needs no zero-padding, since no contact reaches the edges of its grid, single precision is enough, and an
-    application costs a small part of one of the elastic operator. The spectra of the elastic operator would not do:
-    they ripple about the symbol, down to negative values if dx and dy differ.
+    of docs/theory.md); the compliance of a layer adds to each. The inverse of this symbol acts over a few cells only:
+    its kernel falls like 1/r^3. So the contact needs no zero-padding, since no contact reaches the edges of its grid,
+    single precision is enough, and an application costs a small part of one of the elastic operator. The spectra of the
+    elastic operator would not do: they ripple about the symbol, down to negative values if dx and dy differ.
     """
 
     _convolution_type: ClassVar[Callable[..., Any]] = PaddedConvolution
@@ -138,7 +138,7 @@ class ElasticOperator:
         """Displacement ux (mm) of a cell's centre under a unit shear qx (1 MPa) on the cell."""
         _, (dx, dy), compliances, _ = self._problem
         direct, along = (integral(np.zeros(1), np.zeros(1), dx, dy)[0, 0] for integral in (inverse_distance, along_x))
-        return float(compliances.A * direct + compliances.B * along) / (2 * math.pi)
+        return float(compliances.A * direct + compliances.B * along) / (2 * math.pi) + compliances.layer_shear
 
     def normal(self, pressure: FloatArray, uz: FloatArray) -> None:
         """Compute ``uz`` from pressure."""
@@ -181,16 +181,18 @@ def _inverse_symbol(
     kx, ky = (2.0 * math.pi * np.fft.rfftfreq(count, side) for count, side in zip(size, spacing, strict=True))
     kx, ky = kx[None, :], ky[:, None]
     shortest = math.pi / max(count * side for count, side in zip(shape, spacing, strict=True))
-    inverse = 1.0 / (compliances.A * _mean_symbol(kx, ky, spacing, shortest))
+    symbol = _mean_symbol(kx, ky, spacing, shortest)
+    normal = 1.0 / (compliances.A * symbol + compliances.layer_normal)
     if not terms.tangential:
-        return {"zz": inverse}
+        return {"zz": normal}
     # the inverse of the symmetric 2 x 2 symbol of shear
-    share = compliances.B / compliances.A
+    inverse = 1.0 / (compliances.A * symbol + compliances.layer_shear)
+    share = compliances.B / (compliances.A + compliances.layer_shear / symbol)
     length = np.hypot(kx, ky)
     length[0, 0] = 1.0
     along_x, along_y = kx / length, ky / length
     if not terms.in_plane_coupling:
-        return {"zz": inverse, "xx": inverse / (1.0 + share * along_y**2), "yy": inverse / (1.0 + share * along_x**2)}
+        return {"zz": normal, "xx": inverse / (1.0 + share * along_y**2), "yy": inverse / (1.0 + share * along_x**2)}
     in_plane = inverse / (1.0 + share)
     ux_to_qx, uy_to_qy = in_plane * (1.0 + share * along_x**2), in_plane * (1.0 + share * along_y**2)
     in_plane *= share * along_x * along_y
@@ -199,7 +201,7 @@ def _inverse_symbol(
         in_plane[:, -1] = 0.0
     if size[1] % 2 == 0:
         in_plane[-1] = 0.0
-    return {"zz": inverse, "xx": ux_to_qx, "yy": uy_to_qy, "xy": in_plane}
+    return {"zz": normal, "xx": ux_to_qx, "yy": uy_to_qy, "xy": in_plane}
 
 
 def _mean_symbol(kx: FloatArray, ky: FloatArray, spacing: tuple[float, float], shortest: float) -> FloatArray:

@@ -36,7 +36,9 @@ def strip_influence(name: Influence, grid: LineGrid, compliances: Compliances) -
         jump[0] = 0.0
         return jump
     factors = {"zz": compliances.A, "xx": compliances.A, "yy": compliances.A + compliances.B}
-    return (-factors[name] / math.pi) * log_integral(grid.nx, grid.dx, grid.log_length)[:, None]
+    values = (-factors[name] / math.pi) * log_integral(grid.nx, grid.dx, grid.log_length)[:, None]
+    values[0] += compliances.of_layer(name)
+    return values
 
 
 def log_integral(count: int, side: float, length: float) -> DoubleArray:
@@ -65,7 +67,8 @@ class StripSpectra(dict[Influence, KernelSpectrum]):
 class LinePreconditioner(Preconditioner):
     """Computes tractions (MPa) from displacements (mm) of a line contact, times `factor`, in the precision `dtype`.
 
-    A traction of wave number k meets the compliance A/k, or (A + B)/k if it is antiplane, as in the half-space.
+    A traction of wave number k meets the compliance A/k, or (A + B)/k if it is antiplane, as in the half-space, and
+    besides the compliance of a layer.
     """
 
     def __init__(
@@ -86,11 +89,15 @@ class LinePreconditioner(Preconditioner):
             length = np.maximum(np.abs(shifted), math.pi / (grid.nx * side))
             symbol += np.sinc(shifted * side / (2.0 * math.pi)) / length
         inverse = factor / (points * symbol)  # FFTW leaves the factor 1/points out of inverse transforms
-        of_plane = KernelSpectrum((inverse / compliances.A).astype(dtype), odd_x=False)
-        self._spectra = {"zz": of_plane}
+        factors: dict[Influence, float] = {"zz": compliances.A}
         if terms.tangential:
-            antiplane = KernelSpectrum((inverse / (compliances.A + compliances.B)).astype(dtype), odd_x=False)
-            self._spectra |= {"xx": of_plane, "yy": antiplane}
+            factors |= {"xx": compliances.A, "yy": compliances.A + compliances.B}
+        self._spectra = {
+            name: KernelSpectrum(
+                (inverse / (half_space + compliances.of_layer(name) / symbol)).astype(dtype), odd_x=False
+            )
+            for name, half_space in factors.items()
+        }
 
 
 class LineOperator(ElasticOperator):
@@ -116,7 +123,7 @@ class LineOperator(ElasticOperator):
     @cached_property
     def self_coefficient(self) -> float:
         """Displacement ux (mm) of about a cell's centre relative to its surroundings under qx of 1 MPa on the cell."""
-        return 2.0 * self.compliances.A * self._grid.dx / math.pi
+        return 2.0 * self.compliances.A * self._grid.dx / math.pi + self.compliances.layer_shear
 
     def tangential_from_pressure(self, pressure: FloatArray, displacement: FloatArray) -> None:
         """Compute the tangential displacement from pressure, which has none along y; `terms` must couple."""

@@ -33,7 +33,7 @@ def test_every_increment_is_certified(shipped, name):
 def test_the_case_says_what_it_is(name):
     text = (FOLDER / f"{name}.yaml").read_text(encoding="utf-8")
     comment = text.partition("title:")[0]
-    if name.startswith(("line_", "sphere_bulk", "friction_", "wear_")):
+    if name.startswith(("line_", "sphere_bulk", "friction_", "wear_", "interface_")):
         assert re.search(r"\((18|19|20)\d\d\)", comment), "a source with its year"
     else:
         assert "10.1016/j.wear.2009.07.019" in comment

@@ -16,6 +16,7 @@ from fretsolve.case.loading import read_case
 from fretsolve.cli.case_summary import (
     accuracy_lines,
     grid_line,
+    layer_lines,
     material_lines,
     mirror_lines,
     model_table,
@@ -24,6 +25,7 @@ from fretsolve.cli.case_summary import (
     wear_lines,
 )
 from fretsolve.errors import CaseError, FileError
+from fretsolve.problem.setup.closed_forms import WITH_LAYER
 from fretsolve.problem.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.problem.setup.problem import ProblemSetup
@@ -63,6 +65,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield from model_table(setup)
     yield f"Dundurs' constant {setup.model.compliances.dundurs_constant:.4g}"
     yield from material_lines(setup)
+    yield from layer_lines(setup)
     yield "\n# grid"
     yield grid_line(setup)
     yield from mirror_lines(setup)
@@ -140,7 +143,11 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
         or_torque = f" or at Mz = {torque:.6g} N mm" if math.isfinite(torque) else ""
         yield f"gross slip begins at Q = {limit} = {force:.6g} N{or_torque}"
     if displacement is not None:
+        layer = setup.model.compliances.layer_shear
+        source += " and L mu p0 of the layer" if layer else ""
         yield f"gross slip under Q begins at a displacement of {in_small_unit(displacement)} ({source})"
+        if layer and (compliance := forms.full_stick(hertz)) is not None:
+            yield f"just after a load turns back, Q changes by {1e-3 / compliance:.5g} N per um of the displacement"
     if (pair := setup.case.friction.pair) is not None:
         first, second = (friction * contact.load for friction in pair)
         yield f"gross slip begins at Q = {first:.6g} N along the first axis, {second:.6g} N along the second"
@@ -154,6 +161,8 @@ def closed_form_lines(setup: ProblemSetup) -> Iterator[str]:
             f"smallest stick radius c = {stick.value:.6g} mm, {cells:.1f} cells across, at the end of stage"
             f" {stick.stage + 1} ({stick.source})"
         )
+    elif hertz is not None and setup.model.has_shear and setup.model.compliances.layer_shear:
+        yield f"no closed form gives the stick radius: {WITH_LAYER}"
     elif hertz is not None and coupled and not setup.case.friction_varies:
         yield NO_STICK_RADIUS
 
@@ -216,6 +225,8 @@ def line_form_lines(setup: ProblemSetup, forms: LineClosedForms) -> Iterator[str
         if setup.model.bulk is not None and shear is not None:
             middle = setup.case.surface[0].center[0] + shear.stick_center
             yield f"bulk stress shifts its middle to x = {middle:.6g} mm"
+    elif setup.model.has_shear and setup.model.compliances.layer_shear:
+        yield f"no closed form gives the stick zone: {WITH_LAYER}"
     elif setup.model.bulk is not None:
         yield from _why_no_line_form(forms)
     elif setup.model.has_shear and setup.model.terms.normal_tangential_coupling:

@@ -64,14 +64,25 @@ class LineVerifier(Verifier):
         """Write the gap and return its errors over A P/pi."""
         errors = super().gap_errors(solution, gap)
         load = float(self.forces(solution.pressure, solution.shear)[0])
-        return replace(errors, gap_scale=self.material.A * load / math.pi) if load > 0.0 else errors
+        if load <= 0.0:
+            return errors
+        of_layer = self.material.layer_normal * load / self._width(solution)
+        return replace(errors, gap_scale=self.material.A * load / math.pi + of_layer)
 
     def moved(self, solution: Solution) -> Vector:
-        """Return A/pi times the change of each force (mm), since the rigid displacements hold the free constant."""
-        changed = np.abs(self.forces(solution.pressure, solution.shear) - self.before) / math.pi
+        """Return A/pi times the change of each force (mm), since the rigid displacements hold the free constant.
+
+        A layer adds its compliance times the change of the mean traction.
+        """
+        changed = np.abs(self.forces(solution.pressure, solution.shear) - self.before)
         material = self.material
-        moved: Vector = changed * [material.A, material.A, material.A + material.B]
-        return moved
+        moved: Vector = changed / math.pi * [material.A, material.A, material.A + material.B]
+        layer = np.array([material.layer_normal, material.layer_shear, material.layer_shear])
+        return moved + changed * (layer / self._width(solution))
+
+    def _width(self, solution: Solution) -> float:
+        """Return the width of the contact (mm), a strip at least."""
+        return self.grid.dx * max(int(np.count_nonzero(solution.pressure)), 1)
 
 
 class LineIncrementSolver(IncrementSolver):

@@ -15,15 +15,7 @@ import numpy as np
 
 from fretsolve.case.history import FEWEST_SPOT_CELLS, SPOTS
 from fretsolve.contact.increment.increment import IncrementSolver, Solved
-from fretsolve.contact.zones.edge_law import (
-    LEVER,
-    LEVER_ALONG,
-    LEVER_MOST,
-    LEVER_SLANTING,
-    EdgeLaw,
-    ZoneFields,
-    inset_by,
-)
+from fretsolve.contact.zones.edge_law import LEVER, LEVER_ALONG, LEVER_MOST, LEVER_SLANTING, EdgeLaw, ZoneFields
 from fretsolve.contact.zones.zone_cells import MARGIN_CELLS, Front, ZoneCells
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.materials import Compliances
@@ -84,7 +76,8 @@ class _Edges:
             lever = np.minimum(LEVER_ALONG + LEVER_SLANTING * (2.0 * cosine * sine), LEVER_MOST)
             if 1 in part.grid.shape:
                 lever[:] = LEVER_ALONG
-        self._inset = inset_by(lever)
+        self._inset = np.empty_like(lever)
+        self._inset[front.square] = law.inset(lever[front.square])
 
     def area(self, number: int) -> float:
         """Return the area (mm^2) of a zone, from the squares between four centres: whole and crossed squares."""

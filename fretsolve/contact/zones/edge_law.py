@@ -8,6 +8,10 @@ a side. For the stick zone the reserve, by which the shear traction is below the
 pressure, and slip takes the place of the gap: the slip increment, or all the slip so far where the inner cell never
 slipped.
 
+A layer between the bodies takes the root from both sides of an edge: where it gives way by more than the bodies do over
+a cell, traction and slip fall in proportion to the distance. The layer's compliance adds to h over lever and modulus,
+and insets and powers keep as much of those of the root as the bodies have of this sum.
+
 No smooth front fits along a body's sharp edge, and in contacts so small that no cell has its neighbours with it. The
 reserve behind the front gives its place if there is less slip than belongs to the shear traction, as when the front
 moves by less than a cell in an increment, and if the stick zone grows (T17). For a front that moves in, the reserve
@@ -102,12 +106,6 @@ class ZoneFields(NamedTuple):
         return (contact, self.zone == Zone.STICK) if parted else (contact,)
 
 
-def inset_by(lever: FloatArray) -> FloatArray:
-    """Return the inset of an edge in cells."""
-    inset: FloatArray = INSET + np.log(LEVER / lever) / 6.0
-    return inset
-
-
 class EdgeLaw:
     """The shares inside of the links (k,) that edges cross, given their levers.
 
@@ -119,6 +117,7 @@ class EdgeLaw:
         self._part, self._materials = part, materials
         load, gap = part.cut(fields.pressure, 0.0), part.cut(fields.gap, np.inf)
         opening = materials.contact_modulus * np.maximum(gap[links.outer], 0.0)
+        self._softness = materials.layer_normal * materials.contact_modulus / links.length
         self._carried, self._opening, self._steepest = self._balance(links, load, opening)
         self._receding = self._growing = self._at_limit = np.zeros(0, np.intp)
         if len(part.inside) > 1:
@@ -129,7 +128,7 @@ class EdgeLaw:
 
     def shares(self, lever: FloatArray) -> FloatArray:
         """Return the shares inside, (k,), given the levers (k,); NaN where no smooth front fits."""
-        opened = lever * self._opening
+        opened = lever * self._opening / (1.0 + lever * self._softness)
         found: FloatArray = self._carried / np.maximum(self._carried + opened, TINY)
         found[opened > self._steepest] = np.nan
         if self._receding.size:
@@ -139,7 +138,17 @@ class EdgeLaw:
         if self._growing.size:
             found[self._growing] = self._gained
         if self._at_limit.size:
-            found[self._at_limit] = self._inside + inset_by(lever[self._at_limit])
+            found[self._at_limit] = self._inside + self.inset(lever)[self._at_limit]
+        return found
+
+    def inset(self, lever: FloatArray) -> FloatArray:
+        """Return the insets of edges in cells, (k,), given the levers (k,)."""
+        found: FloatArray = (INSET + np.log(LEVER / lever) / 6.0) * self._root(slice(None))
+        return found
+
+    def _root(self, places: IndexArray | slice) -> FloatArray:
+        """Return the part of the bodies in what gives way at links: 1 without a layer."""
+        found: FloatArray = 1.0 / (1.0 + LEVER * self._softness[places])
         return found
 
     def _balance(
@@ -163,7 +172,9 @@ class EdgeLaw:
         part, inner, outer = self._part, links.inner, links.outer
         limit, x, y, *slip = (part.cut(field, 0.0) for field in (fields.limit, *fields.shear, *fields.slip))
         reserve = np.maximum(limit - np.sqrt(x * x + y * y), 0.0)
-        balance = self._balance(links, reserve, self._slip_past(links, slip, fields.slip_before))
+        past, modulus = self._slip_past(links, slip, fields.slip_before)
+        self._softness[places] = self._materials.layer_shear * modulus / links.length
+        balance = self._balance(links, reserve, past)
         self._carried[places], self._opening[places], self._steepest[places] = balance
         behind = inner + np.arange(4)[:, None] * (inner - outer)
         known = part.inside[-1].take(behind).all(axis=0)
@@ -171,24 +182,30 @@ class EdgeLaw:
         first, second, third, fourth = reserves
         receding = known & (onward[0] < onward[1]) & (_like_a_root(reserves) | _like_a_root(onward))
         growing = known & (second <= LIKE_A_ROOT * third) & (third < STEEP * fourth)
-        growing &= first < second / 2.0**GAINED  # where the front is within the link
+        power = 1.0 + (GAINED - 1.0) * self._root(places)
+        growing &= first < second / 2.0**power  # where the front is within the link
         # most increments have only one of these kinds of front
         if receding.any():
             self._receding = places[receding]
             nearer, farther = onward[0][receding], onward[1][receding]
-            self._expected = nearer / (farther - RATIO * nearer) - RATIO_INSET
+            root = self._root(self._receding)
+            self._expected = nearer / (farther - (RATIO + (1.0 - RATIO) * (1.0 - root)) * nearer) - RATIO_INSET * root
         if growing.any():
             self._growing = places[growing]
-            ratio = (first[growing] / second[growing]) ** (1.0 / GAINED)
-            self._gained = ratio / (1.0 - ratio) + GAINED_BEYOND
+            ratio = (first[growing] / second[growing]) ** (1.0 / power[growing])
+            self._gained = ratio / (1.0 - ratio) + GAINED_BEYOND * self._root(self._growing)
         at_limit = first <= AT_THE_LIMIT * limit[inner]
         if at_limit.any():
             self._at_limit = places[at_limit]
             past = outer[at_limit] + np.arange(3)[:, None] * (outer - inner)[at_limit]
-            self._inside = _share_by_slip(*np.hypot(slip[0][past], slip[1][past]))
+            power = 1.0 + 0.5 * self._root(self._at_limit)
+            first, second, third = np.hypot(slip[0][past], slip[1][past])
+            self._inside = _share_by_slip(first, second, third, power)
 
-    def _slip_past(self, links: Links, slip: list[FloatArray], slip_before: FloatArray) -> FloatArray:
-        """Return the slip past the front that belongs to the reserve, times the moduli, (k,).
+    def _slip_past(
+        self, links: Links, slip: list[FloatArray], slip_before: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the slip past the front that belongs to the reserve, times the moduli, and its modulus, (k,).
 
         slip: increments of the part's cells along x and y; slip_before: accumulated before, (2, nx, ny).
         """
@@ -201,8 +218,9 @@ class EdgeLaw:
         whole = never_slipped & (all_x * x + all_y * y >= OF_THE_WHOLE * squared)
         across, along = self._materials.contact_modulus, 2.0 / self._materials.torsional
         modulus_x, modulus_y = np.where(links.along_y, along, across), np.where(links.along_y, across, along)
-        opening: FloatArray = np.hypot(modulus_x * np.where(whole, all_x, x), modulus_y * np.where(whole, all_y, y))
-        return opening
+        slip_x, slip_y = np.where(whole, all_x, x), np.where(whole, all_y, y)
+        opening: FloatArray = np.hypot(modulus_x * slip_x, modulus_y * slip_y)
+        return opening, opening / np.maximum(np.hypot(slip_x, slip_y), TINY)
 
 
 def _like_a_root(reserves: FloatArray) -> BoolArray:
@@ -226,14 +244,14 @@ def _onward(
     return found
 
 
-def _share_by_slip(first: FloatArray, second: FloatArray, third: FloatArray) -> FloatArray:
+def _share_by_slip(first: FloatArray, second: FloatArray, third: FloatArray, power: FloatArray) -> FloatArray:
     """Return the shares inside, without an inset, from the slips of the three cells past a front, (k,).
 
-    NaN where they do not go like s^(3/2), as past a front that has moved by a cell or less.
+    NaN where they do not go like s^power, as past a front that has moved by a cell or less.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = (first / second) ** (2.0 / 3.0)
+        ratio = (first / second) ** (1.0 / power)
         beyond = ratio / (1.0 - ratio)
-        expected = second * ((beyond + 2.0) / (beyond + 1.0)) ** 1.5
+        expected = second * ((beyond + 2.0) / (beyond + 1.0)) ** power
     fits = (ratio < 1.0) & (beyond <= 1.25) & (np.abs(third - expected) <= UNLIKE * expected)
     return np.where(fits, 1.0 - beyond, np.nan)

@@ -9,7 +9,7 @@ import numpy as np
 
 from fretsolve.contact.increment.increment import IncrementSolver, Solved
 from fretsolve.contact.increment.line_increment import LineIncrementSolver, SunkenPoint
-from fretsolve.contact.zones.edge_law import LEVER_ALONG, EdgeLaw, ZoneFields, inset_by
+from fretsolve.contact.zones.edge_law import LEVER_ALONG, EdgeLaw, ZoneFields
 from fretsolve.contact.zones.zone_cells import MARGIN_CELLS, Links, ZoneCells
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.materials import Compliances
@@ -52,7 +52,8 @@ def line_zones(fields: ZoneFields, grid: LineGrid, materials: Compliances) -> Li
         length=np.full(before.size, grid.dx),
     )
     lever = np.full(before.size, LEVER_ALONG)
-    beyond = EdgeLaw(part, links, fields, materials).shares(lever) - inset_by(lever)
+    law = EdgeLaw(part, links, fields, materials)
+    beyond = law.shares(lever) - law.inset(lever)
     beyond[np.isnan(beyond)] = 0.5  # where no smooth front fits: at the grid's end, at a sharp edge, in few cells
     corner = np.array([part.corner(number)[0] for number in range(len(zones))])
     first = part.first[0] - MARGIN_CELLS

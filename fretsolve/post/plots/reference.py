@@ -87,11 +87,13 @@ def slip_form(result: Result, step: int) -> Curve | None:
 def stick_form(result: Result, force: str, parts: int = 1) -> tuple[str, DoubleArray] | None:
     """Return authors and c/a of each increment, NaN where it does not apply; None if no closed form applies.
 
-    By Spence under P alone, else by Cattaneo and Mindlin or by Lubkin. parts: see `along_path`, by which the forces go
-    from one increment to the next.
+    By Spence under P alone, else by Cattaneo and Mindlin or by Lubkin, without a layer. parts: see `along_path`, by
+    which the forces go from one increment to the next.
     """
     forms = _closed_forms(result, parts)
     if forms is None or not forms.model.friction or (force == "P" and forms.case.friction_varies):
+        return None
+    if forms.model.compliances.layer_shear:
         return None
     steps = range(len(forms.loads))
     if isinstance(forms, LineClosedForms):

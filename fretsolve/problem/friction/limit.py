@@ -25,7 +25,7 @@ from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.case.models import Case
 from fretsolve.errors import WeakeningError, dotted
 from fretsolve.problem.model.grid import Grid
-from fretsolve.problem.model.materials import Orthotropy
+from fretsolve.problem.model.materials import Compliances, Orthotropy
 from fretsolve.reference.hertz import HertzContact
 from fretsolve.result.state import Fields
 from fretsolve.system.arrays import TINY, BoolArray, DoubleArray, FloatArray
@@ -186,17 +186,18 @@ def largest_growth(fall: DoubleArray, tangential: Tangential) -> float:
     return found
 
 
-def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float) -> float:
+def growth_on_sphere(spec: FrictionSpec, hertz: HertzContact, compliance: float, layer: float = 0.0) -> float:
     """Return the eigenvalue on Hertz's contact of a sphere before any slip; 0 where friction does not fall, or falls
-    neither with the pressure nor with its square. compliance: the tangential one (1/MPa)."""
+    neither with the pressure nor with its square. compliance: the tangential one (1/MPa); layer: what a layer adds at
+    each place (mm/MPa), which counts with the largest fall."""
     if spec.initial is None or spec.final is None or spec.final >= spec.initial:
         return 0.0
     if spec.exponent is not None or (spec.shear_limit or math.inf) < spec.initial * hertz.max_pressure:
         return 0.0
     drop, arm = (spec.initial - spec.final) * hertz.max_pressure, 0.25 * compliance * hertz.contact_radius
     if spec.slip:
-        return OF_PRESSURE * drop / spec.slip * arm
-    return OF_PRESSURE_SQUARED * drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * arm
+        return drop / spec.slip * (OF_PRESSURE * arm + layer)
+    return drop / (spec.energy or 1.0) * spec.initial * hertz.max_pressure * (OF_PRESSURE_SQUARED * arm + layer)
 
 
 def require_stable(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLimit, tangential: Tangential) -> None:
@@ -246,11 +247,11 @@ def cycles_of_little_change(
 
 
 def friction_warnings(
-    spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | None, compliance: float
+    spec: FrictionSpec, stages: Sequence[Stage], hertz: HertzContact | None, material: Compliances
 ) -> Iterator[str]:
-    """Yield one sentence per warning; hertz: the largest contact; compliance: the tangential one (1/MPa)."""
+    """Yield one sentence per warning; hertz: the largest contact."""
     if hertz is not None and hertz.is_circle and spec.weakening != "allow":
-        yield from _about_weakening(spec, growth_on_sphere(spec, hertz, compliance))
+        yield from _about_weakening(spec, growth_on_sphere(spec, hertz, material.tangential, material.layer_shear))
     if spec.initial is not None or len(spec.cycles or ()) > 1:
         yield from _about_periodic_cycles(stages)
     if spec.expression is not None:

@@ -33,6 +33,10 @@ class Compliances:
     layer_shear: float = 0.0
     layer_normal: float = 0.0
 
+    def of_layer(self, influence: str) -> float:
+        """Return the layer's displacement per traction (mm/MPa) of an influence by its name, such as `zz`."""
+        return {"zz": self.layer_normal, "xx": self.layer_shear, "yy": self.layer_shear}.get(influence, 0.0)
+
     @property
     def contact_modulus(self) -> float:
         """E* (MPa), 1/E* = sum (1 - nu_i^2)/E_i; infinite for two rigid bodies."""

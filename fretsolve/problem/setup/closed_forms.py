@@ -33,6 +33,7 @@ from fretsolve.reference.hertz import (
     love_cone_at,
     pressed_stick_ratio,
 )
+from fretsolve.reference.layered import layered_stick_compliance, onset_compliance
 from fretsolve.reference.tangential import (
     SphereUnderBulk,
     cattaneo_mindlin,
@@ -46,6 +47,8 @@ if TYPE_CHECKING:
 
 Load = Mapping[str, float]
 """The imposed load components with their totals (N, mm, N mm, rad)."""
+
+WITH_LAYER = "a layer between the bodies shears, which Cattaneo and Mindlin do not have"
 
 ALIKE = 1e-3
 """Part by which P, the proportion of the loads, and the mismatch along y may differ from what bulk stress needs."""
@@ -198,7 +201,9 @@ class ClosedForms:
 
     @property
     def _only_surface(self) -> Surface | None:
-        return self.case.surface[0] if len(self.case.surface) == 1 else None
+        """The surface if it is the only one, and no layer is compressed, which no closed form of pressing has."""
+        alone = len(self.case.surface) == 1 and not self.model.compliances.layer_normal
+        return self.case.surface[0] if alone else None
 
     # Tangential loads: Cattaneo and Mindlin, Lubkin, slip from the rim, bulk stress, Spence.
 
@@ -217,7 +222,9 @@ class ClosedForms:
             return friction * P, math.inf, None
         delta_x = None
         if friction and not self.model.coupled and self.model.bulk is None:
-            delta_x = cattaneo_mindlin(hertz, friction, friction * P, self.model.compliances.tangential).delta_x
+            pair = self.model.compliances
+            compliance = onset_compliance(hertz.contact_radius, pair.tangential, pair.layer_shear)
+            delta_x = cattaneo_mindlin(hertz, friction, friction * P, compliance).delta_x
         return friction * P, gross_slip_torque(hertz, friction), delta_x
 
     def _varied_gross_slip(
@@ -227,9 +234,18 @@ class ClosedForms:
         if hertz is None or force is None:
             return math.inf, math.inf, None
         limit = self._friction_on_contact().rim_slip(hertz, self.model.compliances.tangential)
+        if self.model.compliances.layer_shear:  # where another point than the middle may stick last
+            limit = None
         if limit is None or self.model.coupled or self.model.bulk is not None:
             return force, math.inf, None
         return force, limit.gross_slip_torque, limit.under(limit.gross_slip_force).delta_x
+
+    def full_stick(self, hertz: HertzContact | None) -> float | None:
+        """Return delta_x per Qx (mm/N) of a circle without slip, as just after a load turns back; None if unknown."""
+        if hertz is None or not hertz.is_circle or not self.model.has_shear or self.model.coupled:
+            return None
+        pair = self.model.compliances
+        return layered_stick_compliance(hertz.contact_radius, pair.tangential, pair.layer_shear)
 
     def _friction_on_contact(self, coefficient: float | None = None) -> FrictionOnContact:
         from fretsolve.problem.friction.law import FrictionOnContact  # few cases have such friction
@@ -242,6 +258,8 @@ class ClosedForms:
         There is none where shear acts on the pressure, or where a tangential motion is imposed. Where friction varies,
         it is slip from the rim under a force, if that holds. center: of the contact (mm), by default the sphere's own.
         """
+        if self.model.compliances.layer_shear:
+            return None
         loads, circle = self.loads[: stage + 1], self.hertz[stage]
         if circle is None or not circle.is_circle or any(map(is_tilted, loads)) or self.model.bulk is not None:
             return None
@@ -311,6 +329,8 @@ class ClosedForms:
         circles = [one for one in self.hertz if one is not None]
         if bulk is None or not circles or not circles[-1].is_circle or self.model.coupled:
             return "it needs a sphere on a body of its own material"
+        if self.model.compliances.layer_shear:
+            return "it needs bodies without a layer between them"
         if self.case.friction_varies:
             return "it needs one coefficient of friction"
         P, force, across = (np.array([load.get(name, np.nan) for load in self.loads]) for name in ("P", "Qx", "Qy"))
@@ -338,7 +358,9 @@ class ClosedForms:
 
     @property
     def why_not_mindlin(self) -> str:
-        """The reason why Cattaneo and Mindlin are not exact where it is Poisson's ratio alone; else empty."""
+        """The reason why Cattaneo and Mindlin are not exact where it is a layer or Poisson's ratio; else empty."""
+        if self.model.compliances.layer_shear:
+            return WITH_LAYER
         sheared = bool({"Qx", "Qy", "delta_x", "delta_y"} & set(self.model.moved))
         if not self._directions_interact or not sheared or self.model.bulk is not None:
             return ""
@@ -354,7 +376,7 @@ class ClosedForms:
         By Spence for a sphere under P alone on a dissimilar body. For similar bodies by Cattaneo and Mindlin or Lubkin
         at the largest force, displacement or torque, at constant P.
         """
-        if not self.model.has_shear:
+        if not self.model.has_shear or self.model.compliances.layer_shear:
             return None
         if self.model.bulk is not None:
             if isinstance(self.under_bulk, str):

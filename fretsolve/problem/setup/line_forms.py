@@ -12,7 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from fretsolve.problem.setup.closed_forms import ClosedForm, ClosedForms, Load, spence_ratio
+from fretsolve.problem.setup.closed_forms import WITH_LAYER, ClosedForm, ClosedForms, Load, spence_ratio
 from fretsolve.reference.cyclic_loading import SAME
 from fretsolve.reference.hertz import HertzContact, HertzLine, LineContact, RoundedPunch
 from fretsolve.reference.line_slip import LinePartialSlip, LineShear
@@ -90,6 +90,8 @@ class LineClosedForms(ClosedForms):
         contact, loads, bulk = self.contacts[stage], self.loads[: stage + 1], self.model.bulk
         if contact is None or not self.model.has_shear or self.model.coupled or self.case.friction_varies:
             return None
+        if self.model.compliances.layer_shear:
+            return None
         P, Qx, Qy = (np.array([0.0, *(load.get(name, np.nan) for load in loads)]) for name in ("P", "Qx", "Qy"))
         mismatch = np.array([0.0, *(bulk.mismatch(load)[0] if bulk is not None else 0.0 for load in loads)])
         limit, material = self.model.friction * contact.load, self.model.compliances
@@ -130,7 +132,7 @@ class LineClosedForms(ClosedForms):
         bulk, contact = self.model.bulk, self.contacts[-1]
         if bulk is None or len(self.loads) < 2 or not isinstance(contact, HertzLine) or self.model.coupled:
             return None
-        if self.case.friction_varies:
+        if self.case.friction_varies or self.model.compliances.layer_shear:
             return None
         ends = self.loads[-2:]
         P, Qx, Qy = (np.array([load.get(name, np.nan) for load in ends]) for name in ("P", "Qx", "Qy"))
@@ -173,13 +175,13 @@ class LineClosedForms(ClosedForms):
 
     @property
     def why_not_mindlin(self) -> str:
-        """Empty: in a line contact shear along x does not move the surfaces along y."""
-        return ""
+        """Empty without a layer: in a line contact shear along x does not move the surfaces along y."""
+        return WITH_LAYER if self.model.compliances.layer_shear else ""
 
     @cached_property
     def smallest_stick(self) -> ClosedForm | None:
         """The smallest half-width (mm) of the stick zone on the path; None where no closed form gives it."""
-        if not self.model.has_shear:
+        if not self.model.has_shear or self.model.compliances.layer_shear:
             return None
         if self.model.moved:
             shears = [self.partial_slip(stage) for stage in range(len(self.loads))]

@@ -169,8 +169,8 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
 def _about_varied_friction(setup: ProblemSetup) -> Iterator[str]:
     """Warn of friction that falls too fast, and of cycles that count as periodic before it has run in."""
     if setup.case.friction_varies and setup.model.has_shear:
-        stages, compliance = setup.load_path.stages, setup.model.compliances.tangential
-        yield from friction_warnings(setup.case.friction, stages, setup.closed_forms.largest, compliance)
+        stages, material = setup.load_path.stages, setup.model.compliances
+        yield from friction_warnings(setup.case.friction, stages, setup.closed_forms.largest, material)
 
 
 # Contacts that half-spaces, linear elasticity and small motions do not stand for.

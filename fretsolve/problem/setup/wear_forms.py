@@ -14,6 +14,7 @@ from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import KeyPath
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load
 from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.layered import onset_compliance
 from fretsolve.reference.tangential import CattaneoMindlin, cattaneo_mindlin
 from fretsolve.reference.worn_contact import (
     WornByGrossSlip,
@@ -41,7 +42,8 @@ class WornCycle:
     key: where it stands in the case file; stages: its first and last stage in the first repetition (from 1); hertz:
     Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
     or of the displacement (mm), about mean; forced: whether of the force; load_kept: whether P is imposed,
-    else the approach is; coupled: whether pressure and shear change each other, which no closed form here includes.
+    else the approach is; coupled: whether pressure and shear change each other, or a layer shears between the bodies,
+    which no closed form of a worn limit includes.
     """
 
     key: KeyPath
@@ -209,7 +211,7 @@ def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[CyclePass, int, int
 
 def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> WornCycle | None:
     """Return a cycle; None unless a sphere is pressed alike, upright, and one component moves it to and fro."""
-    case, model, wear = forms.case, forms.model, forms.case.wear
+    case, model, wear, pair = forms.case, forms.model, forms.case.wear, forms.model.compliances
     if wear is None or wear.exponent is not None or cycle.jumps is None:
         return None
     if case.friction_varies or case.friction.pair is not None or model.bulk is not None:
@@ -234,12 +236,12 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         friction=model.friction,
         coefficient=coefficient,
         contact_modulus=model.compliances.contact_modulus,
-        compliance=model.compliances.tangential,
+        compliance=onset_compliance(hertz.contact_radius, pair.tangential, pair.layer_shear),
         amplitude=0.5 * (most - least),
         mean=0.5 * (most + least),
         forced=name[0] == "Q",
         load_kept="P" in loads[-1],
-        coupled=model.coupled,
+        coupled=model.coupled or bool(pair.layer_shear),
     )
 
 

@@ -251,7 +251,8 @@ class ErrorBars:
         normal = max(abs(summary.delta_z), half * abs(summary.phi_x), half * abs(summary.phi_y))
         tangential = max(abs(summary.delta_x), abs(summary.delta_y), half * abs(summary.phi_z))
         if self._setup.model.line:  # whose displacements have a free constant
-            normal = tangential = self._setup.model.compliances.A * summary.P
+            pair, mean = self._setup.model.compliances, 0.5 * summary.P / (summary.contact_radius or math.inf)
+            normal, tangential = (pair.A * summary.P + layer * mean for layer in (pair.layer_normal, pair.layer_shear))
         if self._setup.model.bulk is not None:  # which stretches one body more than the other
             stresses = {name: getattr(summary, name) for name in (*BULK[1], *BULK[2])}
             strain = float(np.abs(self._setup.model.bulk.mismatch(stresses)).max())

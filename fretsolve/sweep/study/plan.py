@@ -257,7 +257,8 @@ def known_values(kind: ReferenceKind, setup: ProblemSetup) -> Mapping[StageQuant
         if not known:
             raise CaseError(
                 "--truth closed-form: no closed form is known for this case; those of Hertz, Cattaneo and Mindlin, and"
-                " Lubkin are: a single sphere (Hertz: or ellipsoid) under forces, upright, with uncoupled bodies",
+                " Lubkin are: a single sphere (Hertz: or ellipsoid) under forces, upright, with uncoupled bodies"
+                " (Hertz: and no layer that is compressed, else: no layer)",
                 (),
                 setup.case.source.path,
             )

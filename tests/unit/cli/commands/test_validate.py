@@ -144,3 +144,22 @@ def test_error_bars_as_a_run_has_them(tmp_path: Path) -> None:
     assert "error_bars: true" in with_bars and "error_bars: false" in plain
     plainly, more = (int(re.search(r"about (\d+) operator", text).group(1)) for text in (plain, with_bars))  # type: ignore[union-attr]
     assert more > plainly
+
+
+def test_what_a_layer_adds(tmp_path: Path) -> None:
+    alike = "bodies=[{young_modulus: 200 GPa, poisson_ratio: 0}, {young_modulus: 200 GPa, poisson_ratio: 0}]"
+    output, _ = validated(tmp_path, alike, "interface={shear_compliance: 3.107233e-6 mm/MPa}", "expect=[]")
+    assert "layer: it shears by L = 3.107e-06 mm/MPa, L E'/a = 1, 41.2 % of the motion while nothing slips\n" in output
+    assert (
+        "gross slip under Q begins at a displacement of 1.58014 um (Cattaneo-Mindlin and L mu p0 of the layer)\n"
+        "just after a load turns back, Q changes by 36.564 N per um of the displacement\n"
+        "no closed form gives the stick radius: a layer between the bodies shears, which Cattaneo and Mindlin do not"
+        " have\n"
+    ) in output
+    output, _ = validated(tmp_path, "interface={normal_compliance: 1e-6 mm/MPa}", "expect=[]")
+    assert "layer: it is compressed by 1e-06 mm/MPa, so that no closed form gives the contact\n" in output
+    assert "Hertz" not in output
+    line = ("plane=strain", "surface={cylinder: {radius: 10 mm}}", "load_path=[{P: 100 N/mm}, {Qx: 5 N/mm}]")
+    output, _ = validated(tmp_path, *line, "interface={shear_compliance: 1e-6 mm/MPa}", "expect=[]")
+    assert "layer: it shears by L = 1e-06 mm/MPa, L E'/a = 0.715\n" in output
+    assert "no closed form gives the stick zone: a layer between the bodies shears" in output

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from line_cases import CATTANEO, FRICTION, LOAD, SHEAR_FORCE, A, line_case
+from line_cases import CATTANEO, DISSIMILAR, FRICTION, LOAD, SHEAR_FORCE, A, line_case
 from line_cases import HERTZ as LINE_HERTZ
 
 from fretsolve.post.plots.reference import hertz_pressure, shear_form, slip_form, stick_form
@@ -95,3 +95,20 @@ def test_stick_zone_over_the_force() -> None:
     assert found is not None
     np.testing.assert_allclose(found[1][1:], np.sqrt(1.0 - np.array([0.3, 0.6])), rtol=1e-9)
     assert stick_form(result, "Qy") is None and stick_form(result, "P") is None
+
+
+@pytest.mark.parametrize("layer", ["shear_compliance", "normal_compliance"])
+def test_no_curve_that_a_layer_changes(layer: str) -> None:
+    result = line_result({"P": LOAD}, SHEARED, interface={layer: 1e-6})
+    assert (hertz_pressure(result, 1) is None) == (layer == "normal_compliance")
+    assert shear_form(result, 1) is None and slip_form(result, 1) is None
+    assert stick_form(result, "Qx") is None
+
+
+def test_no_stick_zone_by_spence_with_a_layer_that_shears() -> None:
+    plain, layered = (
+        line_result({"P": 0.5 * LOAD}, {"P": LOAD}, load_path=[{"P": LOAD}], bodies=DISSIMILAR, **more)
+        for more in ({}, {"interface": {"shear_compliance": 1e-6}})
+    )
+    assert stick_form(plain, "P") is not None
+    assert stick_form(layered, "P") is None
