@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.case.history import COMPONENTS
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.problem.friction.limit import FrictionOnGrid
@@ -19,6 +20,7 @@ from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model, derive_model
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load
 from fretsolve.problem.setup.picked_settings import Size
+from fretsolve.problem.setup.rig_forms import RigForms
 from fretsolve.problem.surface.separation import is_mirrored, separation
 from fretsolve.system.arrays import BoolArray, DoubleArray
 from fretsolve.system.environment import compiler_asked, compiler_installed
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from fretsolve.problem.setup.unresolved_heights import HeightMaps
     from fretsolve.problem.setup.wear_law import WearLaw
 
-TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z", "bulk_1_xy", "bulk_2_xy"}
+TURNED = {name for mode in (1, 4, 5) for name in COMPONENTS[mode]} | {"bulk_1_xy", "bulk_2_xy"}
 """Loads and motions that a mirror image turns round."""
 
 FEWEST_MIRRORED_CELLS = 16 * 16
@@ -74,6 +76,13 @@ class ProblemSetup:
         """
         with placed(self.case):
             return separation(self.case.surface, self.grid.x, self.grid.y)
+
+    @cached_property
+    def on_rig(self) -> RigForms | None:
+        """What closed forms know of the contact on its rig; None without a rig."""
+        if self.model.rig is None:
+            return None
+        return RigForms(self.case, self.model, (self.model.at_start, *self.load_path.imposed))
 
     @cached_property
     def mirrored_increments(self) -> int:
@@ -132,6 +141,8 @@ class ProblemSetup:
 
 def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
     """Return the closed forms that hold for a case under `loads` one after another."""
+    if model.rig is not None:
+        loads = RigForms(case, model, (model.at_start, *loads)).loads[1:]
     if not model.line:
         return ClosedForms(case, model, loads)
     from fretsolve.problem.setup.line_forms import LineClosedForms  # other cases do not need them
