@@ -85,11 +85,7 @@ class LoadPath:
     """
 
     def __init__(
-        self,
-        stages: Sequence[Stage],
-        model: Model,
-        refinement: float = 1.0,
-        at_contact: LoadsAtContact | None = None,
+        self, stages: Sequence[Stage], model: Model, refinement: float = 1.0, at_contact: LoadsAtContact | None = None
     ):
         self._model, self._refinement, self._at_contact = model, refinement, at_contact
         self._planned: list[_PlannedStage] = []

@@ -152,6 +152,20 @@ class RigForms:
         return found
 
     @cached_property
+    def pressed(self) -> tuple[DrivenContact | None, ...]:
+        """The contact under P at the end of each stage; None without a closed form, or where no rig gives along z."""
+        if self._approach is None or not self._is_diagonal or not self._compliance(0):
+            return (None,) * (len(self.imposed) - 1)
+        scale, power = self._approach
+        found = list[DrivenContact | None]()
+        for load in self._pressed[1:]:
+            force = 0.0 if is_tilted(load) else load.get("P", 0.0)
+            approach = scale * force**power
+            known = DrivenContact(force, approach, approach + self._compliance(0) * force, False)
+            found.append(known if force else None)
+        return tuple(found)
+
+    @cached_property
     def reversal(self) -> tuple[tuple[str, str, str], float, float] | None:
         """The names of the tangential mode that moves, and the compliances of rig and contact (mm/N, rad/(N mm)).
 
@@ -170,7 +184,7 @@ class RigForms:
 
     @cached_property
     def gross_slip(self) -> tuple[float, float] | None:
-        """The motions of contact and actuator (mm, rad) at which gross slip begins on first loading; None if unknown."""
+        """The motions of contact and actuator (mm, rad) where gross slip begins on first loading; None if unknown."""
         if (path := self._path) is None:
             return None
         motion = path.motion(path.shear.limit)

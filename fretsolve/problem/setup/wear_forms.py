@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.case.history import OF_RIG
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import KeyPath
@@ -41,7 +42,8 @@ class WornCycle:
     key: where it stands in the case file; stages: its first and last stage in the first repetition (from 1); hertz:
     Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
     or of the displacement (mm), about mean; forced: whether of the force; load_kept: whether P is imposed,
-    else the approach is; coupled: whether pressure and shear change each other, which no closed form here includes.
+    else the approach is; coupled: whether pressure and shear change each other, which no closed form here includes;
+    on_rig: whether a rig takes a part of the motion, which changes as the contact wears.
     """
 
     key: KeyPath
@@ -57,6 +59,7 @@ class WornCycle:
     forced: bool
     load_kept: bool
     coupled: bool = False
+    on_rig: bool = False
 
     @cached_property
     def slides(self) -> bool:
@@ -110,7 +113,7 @@ class WornCycle:
     @cached_property
     def limit(self) -> WornLimit | None:
         """The worn limit of partial slip about no mean; None where no closed form gives it."""
-        if self.slides or self.mean or self.coupled or self.forced != self.load_kept:
+        if self.slides or self.mean or self.coupled or self.on_rig or self.forced != self.load_kept:
             return None
         radius = self.hertz.radii[0]
         if self.forced:
@@ -240,6 +243,7 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         forced=name[0] == "Q",
         load_kept="P" in loads[-1],
         coupled=model.coupled,
+        on_rig=any(name in OF_RIG and value for stage in case.stages() for name, value in stage.targets),
     )
 
 
