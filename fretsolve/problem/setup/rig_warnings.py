@@ -46,9 +46,9 @@ def _about_jumps(setup: ProblemSetup, names: Names, given: float) -> Iterator[st
     growth = given * (spec.initial - spec.final) * hertz.load * weight
     if growth >= 1.0 and farthest > given * spec.initial * hertz.load:
         yield (
-            f"{_stiffness(actuator)}: once the contact slides as a whole, friction falls {growth:.3g} times as fast with"
-            f" slip as the rig unloads, which ends the run; a stiffer rig, or {motion} imposed on the contact itself,"
-            " follows it"
+            f"{_stiffness(actuator)}: once the contact slides as a whole, friction falls {growth:.3g} times as fast"
+            f" with slip as the rig unloads, which ends the run; a stiffer rig, or {motion} imposed on the contact"
+            " itself, follows it"
         )
 
 
