@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from solving import A, DISSIMILAR, HERTZ, build
+from solving import DISSIMILAR, HERTZ, A, build
 
 from fretsolve.cli.rig_summary import rig_lines
 from fretsolve.problem.setup.warnings import case_warnings
@@ -153,7 +153,7 @@ def test_what_validate_prints():
 
 def test_torsion_on_a_rig():
     setup = setup_of(P, {"actuator_phi_z": 2e-3}, rig={"stiffness_phi_z": 5e3}, coupling="auto")
-    names, given, sticking = setup.on_rig.reversal
+    names, _given, sticking = setup.on_rig.reversal
     assert names == ("Mz", "phi_z", "actuator_phi_z")
     # a circle that turns without slip: Mz = 16/3 G a^3 phi_z on each body
     assert 1.0 / sticking == pytest.approx(16.0 / 3.0 * (200e3 / 2.6) * A**3 / 2.0, rel=1e-9)

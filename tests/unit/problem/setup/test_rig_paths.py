@@ -15,12 +15,26 @@ from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.simulation.problem_setup import set_up
 
 LARGEST = {
-    **{"P": 500.0, "delta_z": 0.01, "actuator_z": 0.02, "Qx": 60.0, "Qy": 60.0, "Mz": 9.0, "Mx": 2.0, "My": 2.0},
-    **{"delta_x": 3e-3, "delta_y": 3e-3, "actuator_x": 6e-3, "actuator_y": 6e-3, "phi_z": 4e-3, "actuator_phi_z": 6e-3},
+    "P": 500.0,
+    "delta_z": 0.01,
+    "actuator_z": 0.02,
+    "Qx": 60.0,
+    "Qy": 60.0,
+    "Mz": 9.0,
+    "Mx": 2.0,
+    "My": 2.0,
+    "delta_x": 3e-3,
+    "delta_y": 3e-3,
+    "actuator_x": 6e-3,
+    "actuator_y": 6e-3,
+    "phi_z": 4e-3,
+    "actuator_phi_z": 6e-3,
     **dict.fromkeys(("phi_x", "phi_y", "actuator_phi_x", "actuator_phi_y"), 1e-4),
 }
 STIFFNESSES = {
-    **{"stiffness_x": 5e4, "stiffness_y": 8e3, "stiffness_z": 2e5},
+    "stiffness_x": 5e4,
+    "stiffness_y": 8e3,
+    "stiffness_z": 2e5,
     **dict.fromkeys(("stiffness_phi_x", "stiffness_phi_y", "stiffness_phi_z"), 5e6),
 }
 SURFACES = (
