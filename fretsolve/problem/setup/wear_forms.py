@@ -229,6 +229,8 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         return None
     name, least, most = moved
     coefficient = wear.alpha if wear.alpha is not None else (wear.k or 0.0) / model.friction
+    targets = (target for stage in case.stages() for target in stage.targets)
+    moved_by_rig = {name for name, value in targets if name in OF_RIG and value}
     return WornCycle(
         key=cycle.key,
         stages=(first + 1, last + 1),
@@ -241,9 +243,9 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         amplitude=0.5 * (most - least),
         mean=0.5 * (most + least),
         forced=name[0] == "Q",
-        load_kept="P" in loads[-1],
+        load_kept="P" in loads[-1] and "actuator_z" not in moved_by_rig,
         coupled=model.coupled,
-        on_rig=any(name in OF_RIG and value for stage in case.stages() for name, value in stage.targets),
+        on_rig=bool(moved_by_rig),
     )
 
 

@@ -6,6 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
+from line_cases import line_case
 from solving import DISSIMILAR, NO_POISSON, SIMILAR, build
 
 from fretsolve import run
@@ -117,6 +118,28 @@ def test_any_load_path_on_a_rig_is_described(seed):
         assert {name for name in contact if name in ("Qx", "Qy", "Mz")} >= {
             name for name in load if name in ("Qx", "Qy", "Mz")
         }
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_any_load_path_of_a_line_on_a_rig_is_described(seed):
+    random = np.random.default_rng(seed)
+    largest = {"P": 150.0, "Qx": 20.0, "Qy": 20.0, "My": 2.0, "delta_z": 5e-3, "actuator_z": 9e-3}
+    largest |= {"delta_x": 2e-3, "actuator_x": 5e-3, "phi_y": 1e-4, "actuator_phi_y": 1e-4}
+    path = [{str(random.choice(["P", "actuator_z"])): 100.0 if seed % 2 else 0.008}]
+    for _ in range(4):
+        name = str(random.choice(list(largest)))
+        path.append({name: largest[name] * random.uniform(0.3, 1.0), "spacing": "graded"})
+    case = line_case(
+        surface={"cylinder": {"radius": 10.0, "center": 0.01 * (seed % 3)}},
+        grid={"points": 32, "size": 1.0},
+        reference_depth=10.0,
+        rig={"stiffness_x": 5e3, "stiffness_z": 9e3, "stiffness_phi_y": 1e6},
+        load_path=path,
+    )
+    setup = set_up(case)
+    assert list(report(setup))
+    case_warnings(setup)
+    assert all(shares[-1] == 1.0 for *_, shares in setup.load_path.imposed_in_stages())
 
 
 @pytest.mark.parametrize("seed", range(6))
