@@ -34,7 +34,6 @@ from fretsolve.problem.setup.picked_settings import (
     worn_reach,
 )
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
-from fretsolve.problem.setup.rig_forms import RigForms
 from fretsolve.problem.setup.wear_law import wear_law
 from fretsolve.problem.surface.separation import separation
 from fretsolve.system.arrays import BoolArray, DoubleArray, grown
@@ -69,6 +68,8 @@ def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
     _require_slip(case, model)
     at_contact = None
     if model.rig is not None:
+        from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
+
         at_contact = RigForms(case, model, imposed_along(case.stages(), model)).at_contact
     load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model), at_contact)
     forms = closed_forms_of(case, model, load_path.imposed)

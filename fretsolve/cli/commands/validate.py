@@ -23,7 +23,6 @@ from fretsolve.cli.case_summary import (
     stage_lines,
     wear_lines,
 )
-from fretsolve.cli.rig_summary import rig_lines
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.problem.setup.line_forms import LineClosedForms
@@ -72,7 +71,10 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
-    yield from rig_lines(setup)
+    if setup.model.rig is not None:
+        from fretsolve.cli.rig_summary import rig_lines  # other cases do not need them
+
+        yield from rig_lines(setup)
     yield from wear_lines(setup)
     yield "\n# cost"
     yield from cost_lines(setup)

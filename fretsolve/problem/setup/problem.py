@@ -20,13 +20,13 @@ from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import Model, derive_model
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load
 from fretsolve.problem.setup.picked_settings import Size
-from fretsolve.problem.setup.rig_forms import RigForms
 from fretsolve.problem.surface.separation import is_mirrored, separation
 from fretsolve.system.arrays import BoolArray, DoubleArray
 from fretsolve.system.environment import compiler_asked, compiler_installed
 
 if TYPE_CHECKING:
     from fretsolve.problem.friction.law import FrictionLaw
+    from fretsolve.problem.setup.rig_forms import RigForms
     from fretsolve.problem.setup.unresolved_heights import HeightMaps
     from fretsolve.problem.setup.wear_law import WearLaw
 
@@ -82,6 +82,8 @@ class ProblemSetup:
         """What closed forms know of the contact on its rig; None without a rig."""
         if self.model.rig is None:
             return None
+        from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
+
         return RigForms(self.case, self.model, (self.model.at_start, *self.load_path.imposed))
 
     @cached_property
@@ -142,6 +144,8 @@ class ProblemSetup:
 def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
     """Return the closed forms that hold for a case under `loads` one after another."""
     if model.rig is not None:
+        from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
+
         loads = RigForms(case, model, (model.at_start, *loads)).loads[1:]
     if not model.line:
         return ClosedForms(case, model, loads)

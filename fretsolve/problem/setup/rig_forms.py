@@ -9,7 +9,7 @@ modes act on each other.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,7 +19,7 @@ from fretsolve.case.history import ACTUATORS, COMPONENTS
 from fretsolve.case.models import Case
 from fretsolve.problem.model.increment_grading import SHARES, LoadsAtContact
 from fretsolve.problem.model.required_terms import Model
-from fretsolve.problem.setup.closed_forms import ClosedForms, Load, is_tilted
+from fretsolve.problem.setup.closed_forms import ClosedForm, ClosedForms, Load, is_tilted
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading, turning_points
 from fretsolve.reference.hertz import boussinesq_punch, love_cone
 from fretsolve.reference.tangential import full_stick_compliance
@@ -189,6 +189,20 @@ class RigForms:
             return None
         motion = path.motion(path.shear.limit)
         return motion, motion + path.compliance * path.shear.limit
+
+    def values(self) -> Iterator[ClosedForm]:
+        """Yield what the driven contact adds to `ClosedForms.values`: force, motion and actuator's motion, as exact."""
+        if self.driven is None or self.case.wear is not None:
+            return
+        names, states = self.driven
+        in_plane, B = self.model.terms.in_plane_coupling, self.model.compliances.B
+        if B and (names[0] == "Mz") != in_plane:
+            return
+        source = "Lubkin" if names[0] == "Mz" else "Cattaneo-Mindlin"
+        for stage, state in states.items():
+            if stage >= 0 and state.force:
+                found = zip(names, (state.force, state.motion, state.actuator), strict=True)
+                yield from (ClosedForm(name, stage, value, source) for name, value in found)
 
     def course(self, stage: int) -> dict[str, DoubleArray]:
         """Return the loads at `SHARES` of a stage, where the actuator's motion does not move them in proportion."""

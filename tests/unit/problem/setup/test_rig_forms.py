@@ -66,6 +66,17 @@ def test_forces_take_the_place_of_the_actuator_for_all_that_follows():
     assert by_rig.load_path.slip_width == pytest.approx(by_force.load_path.slip_width, rel=1e-6)
 
 
+def test_exact_values_of_the_driven_contact():
+    found = {(one.quantity, one.stage): one.value for one in setup_of(P, {"actuator_x": 1.2e-3}).on_rig.values()}
+    assert found == {
+        ("Qx", 1): pytest.approx(28.68037, abs=5e-6),
+        ("delta_x", 1): pytest.approx(0.6263925e-3, abs=5e-11),
+        ("actuator_x", 1): pytest.approx(1.2e-3, rel=1e-12),
+    }
+    # slip across the load, which Mindlin neglects
+    assert not list(setup_of(P, {"actuator_x": 1.2e-3}, coupling="auto").on_rig.values())
+
+
 @pytest.mark.parametrize(
     ("surface", "load", "approach"),
     [
