@@ -30,9 +30,12 @@ def _stiffness_lines(forms: RigForms) -> Iterator[str]:
     (force, motion, actuator), given, sticking = found
     unit = "N mm/rad" if force == "Mz" else "N/mm"
     both = given + sticking
+    of_both, of_contact = (f"{1.0 / one:.7g}" for one in (both, sticking))
+    if forms.model.coupled:  # shear moves the surfaces along the normal too, which changes some parts in a hundred
+        of_both, of_contact = (f"about {float(f'{1.0 / one:.3g}'):g}" for one in (both, sticking))
     yield (
-        f"just after a reversal {force} changes by {1.0 / both:.7g} {unit} over {actuator}, by"
-        f" {1.0 / sticking:.7g} {unit} over {motion}; the rig takes {percent(given / both, 3)} of {actuator}"
+        f"just after a reversal {force} changes by {of_both} {unit} over {actuator}, by {of_contact} {unit} over"
+        f" {motion}; the rig takes {percent(given / both, 3)} of {actuator}"
     )
     if (slip := forms.gross_slip) is not None:
         yield f"gross slip begins at {_motion(actuator, slip[1])}, {_motion(motion, slip[0])}"

@@ -175,7 +175,7 @@ class RigForms:
         if len(moved) != 1 or largest is None or not largest.is_circle or not self._is_diagonal:
             return None
         mode, a, material = moved[0], largest.contact_radius, self.model.compliances
-        if material.layer_shear:
+        if material.layer_shear or not self.model.has_shear:
             return None
         sticking = full_stick_compliance(a, material.tangential)
         if mode == 5:
@@ -263,7 +263,8 @@ class RigForms:
         most = (motion / scale) ** (1.0 / power)
         force = most
         if given:
-            force = float(brentq(lambda P: scale * P**power + given * P - motion, 0.0, min(most, motion / given)))
+            most = min(most, motion / given)
+            force = float(brentq(lambda P: scale * P**power + given * P - motion, 0.0, most, xtol=1e-15 * most))
         surface = self.case.surface[0]
         by_hertz = surface.kind not in ("punch", "cone")
         return None if by_hertz and self._raw_forms.hertz_under("P", force) is None else force
@@ -297,7 +298,8 @@ class RigForms:
             return None
         mode = moved[0]
         center = self.case.surface[0].center
-        if mode == 5 and center != (0.0, 0.0):
+        turns = any(COMPONENTS[5][2] in load for load in self._pressed)  # a force off the origin turns the rig
+        if center != (0.0, 0.0) and (mode == 5 or turns):
             return None
         direction = {3: (1.0, 0.0), 4: (0.0, 1.0)}.get(mode)
         compliance = model.compliances.torsional if mode == 5 else model.compliances.tangential

@@ -131,6 +131,8 @@ def test_increments_are_graded_as_the_contact_moves():
         ([P, {"actuator_x": 1e-3}], {"friction": {"initial": 0.1, "final": 0.3, "slip": 1.0}}),
         ([{**P, "actuator_x": 1e-3}], {}),
         ([P, {"actuator_x": 1e-3}], {"friction": 0.0}),
+        ([P, {"actuator_x": 1e-3}], {"interface": {"shear_compliance": 2e-5}}),
+        ([{"actuator_z": 0.01}], {"interface": {"normal_compliance": 2e-5}, "rig": {"stiffness_z": 2e5}}),
         ([{"actuator_z": 0.01}], {"surface": [{"sphere": {"radius": 9.0}}, {"cone": {"angle": 0.01}}]}),
     ],
 )
@@ -160,6 +162,22 @@ def test_what_validate_prints():
     assert list(rig_lines(setup_of({**P, "phi_x": 1e-4}, {"Qx": 1.0}, {"Qy": 1.0})))[1:] == [
         "no closed form tells how contact and rig share the actuator's motion"
     ]
+
+
+def test_unlike_bodies_stick_about_as_stiffly():
+    """A solve on 64 x 64 points gives 56 327 N/mm over delta_x."""
+    setup = setup_of(P, {"actuator_x": 1e-3}, bodies=DISSIMILAR, coupling="auto")
+    assert list(rig_lines(setup))[1:] == [
+        "just after a reversal Qx changes by about 26400 N/mm over actuator_x, by about 56000 N/mm over delta_x;"
+        " the rig takes 52.8 % of actuator_x"
+    ]
+
+
+def test_a_force_off_the_origin_turns_a_rig():
+    off = {"sphere": {"radius": 10.0, "center": [0.0, 0.1]}}
+    for rig, known in ((RIG, True), ({**RIG, "stiffness_phi_z": 5e6}, False)):
+        setup = setup_of(P, {"actuator_x": 1e-3}, surface=off, rig=rig)
+        assert (setup.on_rig.driven is not None) == known
 
 
 def test_torsion_on_a_rig():
