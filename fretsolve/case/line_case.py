@@ -220,7 +220,9 @@ class LineStageSpec(_LineModel, StageSpec):
     refused_keys: ClassVar[Mapping[str, str]] = {
         **dict.fromkeys(COMPONENTS[1], "a line contact is the same all along y; My or phi_y tilts it about y"),
         **dict.fromkeys(COMPONENTS[5], "a line contact cannot turn about z; remove it, or plane: strain"),
-        **dict.fromkeys(COMPONENTS[4][1:], "it has an unknown constant along y in a line contact; impose Qy"),
+        **dict.fromkeys(
+            COMPONENTS[4][1:], "a displacement along y has an unknown constant in a line contact; impose Qy"
+        ),
     }
 
     P: Annotated[float, InUnits(LINE_FORCE, least=0)] | None = Field(
@@ -360,9 +362,9 @@ class LineCase(Case):
     @model_validator(mode="after")
     def _known_depth(self) -> Self:
         if self.reference_depth is None:
-            message = "it has an unknown constant in a line contact; give reference_depth, or impose"
+            message = "has an unknown constant in a line contact; give reference_depth, or impose"
             refused_at(
-                (stage.place(motion), f"{message} {names[0]}")
+                (stage.place(motion), f"{motion} {message} {names[0]}")
                 for stage in self.stages()
                 for names in (COMPONENTS[0], COMPONENTS[3])
                 for motion in names[1:]

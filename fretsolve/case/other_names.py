@@ -28,6 +28,12 @@ MEANT = (
     ("increments", "the number of increments", "n steps substeps n_steps num_steps"),
     ("times", "the number of repetitions", "N cycles n_cycles repeat repetitions"),
     ("tolerance", "the tolerance", "tol"),
+    ("stiffness_x", "the rig's stiffness along x", "k kt kx k_t k_x stiffness system_stiffness"),
+    ("stiffness_z", "the rig's stiffness along the normal", "kn kz k_n k_z normal_stiffness"),
+    ("rig", "what gives between contact and actuator", "spring springs machine system test_rig"),
+    ("shear_compliance", "the layer's displacement per shear traction", "compliance stiffness kt k"),
+    ("interface", "a layer between the bodies", "layer film third_body oxide asperities"),
+    ("actuator_x", "the displacement of the actuator along x", "actuator stroke"),
 )
 """Keys, what they are, and other names for them."""
 
@@ -36,10 +42,11 @@ UNKNOWN_TO_THE_MODEL = {
     "thickness height depth width length specimen": (
         "bodies are half-spaces, without a thickness or sides. A rigid base 10 contact radii below a sphere lessens the"
         " approach by 5 to 8 % and raises the largest pressure by less than 0.1 %; a base 3 radii below by 17 to 25 %"
-        " and 1 to 2 %"
+        " and 1 to 2 %. A thin layer between the bodies is interface, with a thickness and moduli"
     ),
-    "coating coatings layer layers film": (
-        "bodies are uniform, and coatings are not modelled. One of thickness t and Young's modulus E is compressed by"
+    "coating coatings layers": (
+        "bodies are uniform, and coatings are not modelled, but interface has a thin layer that yields at each place by"
+        " the traction there alone. A coating of thickness t and Young's modulus E is compressed by"
         " at most p t/E, which has to be small against delta_z; if it is stiffer than the body, t has to be small"
         " against the contact radius"
     ),
@@ -59,7 +66,10 @@ UNKNOWN_TO_THE_MODEL = {
         "the solution is quasi-static, without velocity, time or inertia; the load path is a list of stages"
     ),
     "creep viscoelastic viscoelasticity relaxation": "bodies are elastic: creep and relaxation are not modelled",
-    "debris third_body": "debris is not modelled: wear removes what it wears",
+    "debris": (
+        "debris is not modelled: wear removes what it wears. interface has a layer of debris that shears and is"
+        " compressed, with a constant compliance"
+    ),
 }
 """Names of what no key gives, and why, with the place from which it matters."""
 

@@ -119,8 +119,9 @@ def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], 
 
     parent: the mapping of the file that it stands in.
     """
-    here = any(key in allowed for key, _ in meant_by(name))
-    if close_name(name, allowed, MISSPELT if here else ALIKE) is None:
+    here = key_meant(name, allowed)
+    begun = here is not None and close_name(name, [here], MISSPELT) is not None
+    if begun or close_name(name, allowed, ALIKE if here is None else MISSPELT) is None:
         for key, noun in sorted(meant_by(name), key=lambda one: one[0] not in allowed):
             elsewhere = _place(key, schema) if len(name) > 1 or not parent else None  # a letter has many meanings
             if (place := repr(key) if key in allowed else elsewhere) is not None:

@@ -18,7 +18,7 @@ from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.problem.model.grid import Grid, LineGrid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.model.load_path import LoadPath, imposed_along
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.problem.model.required_terms import Model, Terms, derive_model
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load, pressing, round_contact
@@ -66,7 +66,12 @@ def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
     wear = None if case.wear is None else wear_law(case.wear)
     model = derive_model(case, None if friction is None else friction.largest)
     _require_slip(case, model)
-    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model))
+    at_contact = None
+    if model.rig is not None:
+        from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
+
+        at_contact = RigForms(case, model, imposed_along(case.stages(), model)).at_contact
+    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model), at_contact)
     forms = closed_forms_of(case, model, load_path.imposed)
     automatic_size = cache(partial(_automatic_size, forms, load_path))
     size = case.grid.size or _with_room(automatic_size(), case, model)

@@ -22,7 +22,7 @@ from fretsolve.contact.zones.line_contact import LineContact
 from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
-from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable
+from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable, require_stable_on_rig
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.rig import Rig
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
@@ -118,6 +118,8 @@ def states_of(
         goes_on = predicts and path.growth(step + 1) is not None  # else nothing is to be kept or saved
         past = Before(last.pressure, last.shear, displacement) if goes_on else None
         fields, displacement, work = fields_of(solved, last, setup, team)
+        if setup.model.friction_evolves and increment.tangential.compliance is not None:
+            _require_stable_on_rig(setup, increment, limit, last, fields, contact.solver)
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
@@ -185,6 +187,37 @@ def _friction_limit(
     if setup.model.friction_evolves:
         require_stable(setup.case.friction, fields.pressure, limit, solver.level.operator.tangential)
     return limit
+
+
+def _require_stable_on_rig(
+    setup: ProblemSetup,
+    increment: Increment,
+    limit: FrictionLimit,
+    last: Fields,
+    fields: Fields,
+    solver: IncrementSolver,
+) -> None:
+    """Raise WeakeningError where the contact slides as a whole, and friction falls faster with slip than a rig unloads.
+
+    limit: in the increment from `last` to `fields`.
+    """
+    compliance, control = np.array(increment.tangential.compliance), increment.tangential
+    if (fields.zone == Zone.STICK).any() or not (fields.zone == Zone.SLIP).any():
+        return
+    modes, tangential = solver.level.tangential.modes, solver.level.operator.tangential
+    given = np.empty(fields.shear.shape)
+
+    def on_rig(shear: DoubleArray, out: DoubleArray) -> None:
+        tangential(shear, out)
+        modes.displacement(compliance @ modes.resultants(shear), given)
+        out += given
+
+    motions = [RIGID[3 + mode] for mode in control.sprung_index]
+    try:
+        require_stable_on_rig(setup.case.friction, last.pressure, limit, on_rig, fields.shear, motions)
+    except NoSolutionError as error:
+        locate(error, setup, increment)
+        raise
 
 
 def _coefficient(increment: Increment, setup: ProblemSetup, history: Sequence[Summary]) -> float | None:

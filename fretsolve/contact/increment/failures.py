@@ -15,6 +15,7 @@ from fretsolve.errors import ContactLostError, GridEdgeError, SlidingError
 from fretsolve.problem.model.grid import Grid, HalfGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import Model
+from fretsolve.problem.model.rig import Rig, driver
 from fretsolve.system.arrays import BoolArray, FloatArray
 
 EASIER = "loosen solver.tolerance, or take more increments"
@@ -73,12 +74,17 @@ def require_inside(pressure: FloatArray, grid: Grid, map_border: BoolArray | Non
 
 
 def gross_slip_error(
-    imposed: LoadControl, factor: float, capacity: float, line: bool = False, varied: bool = False
+    imposed: LoadControl,
+    factor: float,
+    capacity: float,
+    line: bool = False,
+    varied: bool = False,
+    rig: Rig | None = None,
 ) -> SlidingError:
     """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N).
 
     line: for a line contact, whose loads are per mm and whose motion cannot be imposed; varied: the capacity is the sum
-    of a friction limit that is not mu P.
+    of a friction limit that is not mu P; rig: in series with the contact.
     """
     loads, limit = imposed.imposed_resultant, "sum of the friction limit" if varied else "mu P"
     unit = "N/mm" if line else "N"
@@ -93,7 +99,7 @@ def gross_slip_error(
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     if abs(factor - 1.0) < 2e-6:  # which six digits do not show
         carried = "slightly less"
-    instead = "" if line else f", or impose {' and '.join(motion for _, _, motion in named)} instead"
+    instead = "" if line else f", or impose {' and '.join(driver(rig, motion) for _, _, motion in named)} instead"
     return SlidingError(
         f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} ({limit} ="
         f" {capacity:.6g} {unit}); lower the load, {'' if instead else 'or '}raise P or the friction{instead}",

@@ -251,7 +251,7 @@ class StaggeredIteration:
             if any(self._control.values):
                 return True
         elif self.model.friction == 0.0 and imposed.imposed_resultant.any():
-            raise gross_slip_error(imposed, 0.0, 0.0, self.model.line)
+            raise gross_slip_error(imposed, 0.0, 0.0, self.model.line, rig=self.model.rig)
         work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
         return False
 
@@ -271,7 +271,8 @@ class StaggeredIteration:
         only_forces = increment.normal.forced[0] and not imposed.forced[2]  # then the limit load is mu P from the start
         if settled or only_forces:
             capacity = float(self._friction_limit.sum()) * self.level.grid.cell_area
-            raise gross_slip_error(imposed, factor, capacity, self.model.line, start.friction.varied)
+            varied, rig = start.friction.varied, self.model.rig
+            raise gross_slip_error(imposed, factor, capacity, self.model.line, varied, rig)
         return control.with_loads_scaled(0.999 * factor)
 
     def _slip_scales(self, start: InitialState, work: WorkingState, tolerance: float) -> tuple[float, SlipScales]:

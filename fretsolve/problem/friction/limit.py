@@ -3,7 +3,9 @@
 Friction may change with slip: does slip run away, and over how many cycles does friction stay nearly constant? In an
 increment friction is fixed, so there is always one solution. Over many small increments the slip of a contact that
 slides as a whole grows by itself once the largest eigenvalue of A diag(w) reaches 1. A is the tangential compliance of
-the cells in contact and w the fall of the friction limit per slip. Beyond, the result depends on the increments.
+the cells in contact and w the fall of the friction limit per slip. Beyond, the result depends on the increments. On a
+rig of compliance C, moved by its actuator, a contact that slides also moves by C times the force it loses: A + C N N^T
+dA takes the place of A, with the motions N of the whole contact. A stick zone would hold it.
 Warnings tell of friction with which a run ends, or stops repeating a cycle, earlier than one may expect.
 """
 
@@ -170,15 +172,22 @@ def fall_per_slip(spec: FrictionSpec, pressure: FloatArray, friction: FrictionLi
     return np.where(limit < friction.shear_limit, fall, 0.0)
 
 
-def largest_growth(fall: DoubleArray, tangential: Tangential) -> float:
-    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form; tangential: applies A."""
+def largest_growth(fall: DoubleArray, tangential: Tangential, along: DoubleArray | None = None) -> float:
+    """Return the largest eigenvalue of A diag(fall), by power steps on its symmetric form; tangential: applies A.
+
+    along: direction of the slip of each cell, (2, nx, ny), of length 1; along x without it.
+    """
     root = np.sqrt(fall)
     vector, found = root / max(float(np.linalg.norm(root)), TINY), 0.0
     shear, moved = np.zeros((2, *fall.shape)), np.zeros((2, *fall.shape))
     for _ in range(30):
-        shear[0] = root * vector
-        tangential(shear, moved)
-        image = root * moved[0]
+        if along is None:
+            shear[0] = root * vector
+            tangential(shear, moved)
+            image = root * moved[0]
+        else:
+            tangential(root * vector * along, moved)
+            image = root * np.sum(moved * along, axis=0)
         before, found = found, float(np.vdot(vector, image))
         vector = image / max(float(np.linalg.norm(image)), TINY)
         if abs(found - before) <= CLOSE * found:
@@ -215,6 +224,33 @@ def require_stable(spec: FrictionSpec, pressure: FloatArray, friction: FrictionL
             f"friction falls too fast with slip: the fall of the friction limit is {growth:.3g} times what the elastic"
             f" surfaces hold against it, so that slip runs away and depends on the increments; a larger friction.{over}"
             " is needed, or weakening: allow"
+        )
+
+
+def require_stable_on_rig(
+    spec: FrictionSpec,
+    pressure: FloatArray,
+    friction: FrictionLimit,
+    on_rig: Tangential,
+    shear: FloatArray,
+    motions: Sequence[str],
+) -> None:
+    """Raise WeakeningError where the friction of a contact that slides as a whole falls faster than its rig unloads.
+
+    The actuator moves contact and rig. pressure, friction: as for `fall_per_slip`; on_rig: applies A + C N N^T dA;
+    shear: (2, nx, ny), which opposes the slip; motions: of the contact, that the actuator moves.
+    """
+    fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, friction)
+    if fall is None or not fall.any():
+        return
+    shear = shear.astype(np.float64)
+    growth = largest_growth(fall, on_rig, shear / np.maximum(np.hypot(*shear), TINY))
+    if growth >= 1.0:
+        over = "slip" if spec.slip else "energy"
+        raise WeakeningError(
+            f"friction falls {growth:.3g} times as fast with slip as contact and rig unload, so that the contact, which"
+            f" slides as a whole, jumps; a stiffer rig, {' and '.join(motions)} imposed on the contact itself, a larger"
+            f" friction.{over}, or weakening: allow is needed"
         )
 
 

@@ -13,7 +13,7 @@ start of the increment. The last increments of a stage are therefore smaller and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -47,6 +47,19 @@ STRAIGHT = 1e-6
 """Distance of a cosine from 1 or -1 up to which a load keeps or reverses its direction."""
 
 Loads = dict[str, float]
+Course = Mapping[str, DoubleArray]
+"""Loads at `SHARES` of a stage, ``(n,)``, where they do not grow in proportion."""
+
+
+@dataclass(frozen=True)
+class LoadsAtContact:
+    """The loads of a contact on a rig, which motions of the actuator amount to.
+
+    imposed: before the first stage and at the end of each stage; course: of a stage, counted from 0.
+    """
+
+    imposed: tuple[Loads, ...]
+    course: Callable[[int], Course]
 
 
 @dataclass(frozen=True)
@@ -105,34 +118,41 @@ SPHERE = EdgeLaws(1.0 / 3.0, 0.5, mindlin_stick_ratio)
 LINE = EdgeLaws(0.5, 0.5, lambda fraction: np.sqrt(1.0 - np.minimum(fraction, 1.0)))  # Cattaneo
 
 
-def stage_gradings(friction: float, imposed: Sequence[Loads], laws: EdgeLaws = SPHERE) -> Iterator[StageGrading]:
+def stage_gradings(
+    friction: float,
+    imposed: Sequence[Loads],
+    laws: EdgeLaws = SPHERE,
+    course: Callable[[int], Course] = lambda stage: {},
+) -> Iterator[StageGrading]:
     """Yield the grading of each stage. imposed: the components before the first stage and at the end of each stage.
 
-    The grading is even where there is no estimate: where moments or tangential displacements move, or where a
-    component changes between load and displacement control.
+    The grading is even where there is no estimate: where moments, tangential displacements or an actuator move, or
+    where a component changes between load and displacement control.
     """
     branch: _Branch | None = None
     known: dict[object, StageGrading] = {}
-    for before, after in pairwise(imposed):
+    for stage, (before, after) in enumerate(pairwise(imposed)):
         branch = _next_branch(branch, before, after)
         key = branch, tuple(before.items()), tuple(after.items())
         if key not in known:
-            known[key] = _estimated(friction, branch, before, after, laws) or _EVENLY_GRADED
+            known[key] = _estimated(friction, branch, before, after, laws, course(stage)) or _EVENLY_GRADED
         yield known[key]
 
 
 def _estimated(
-    friction: float, branch: _Branch | None, before: Loads, after: Loads, laws: EdgeLaws
+    friction: float, branch: _Branch | None, before: Loads, after: Loads, laws: EdgeLaws, course: Course
 ) -> StageGrading | None:
     """Return the grading by the estimated motion of the edges, or None where there is no estimate."""
     if before.get("P") == 0.0 and "delta_z" in after:
         before = {name: value for name, value in before.items() if name != "P"} | {"delta_z": 0.0}
     pressed = "P" if "P" in after else "delta_z"
+    if pressed not in after:  # an actuator presses in a way that is not known
+        return None
     under_forces = pressed == "P" and {"Qx", "Qy"} <= after.keys() and friction > 0.0
     may_move = {pressed, "Qx", "Qy"} if under_forces else {pressed}
     if before.keys() != after.keys() or any(after[name] != before[name] for name in after.keys() - may_move):
         return None
-    load = _between(before, after, pressed)
+    load = _between(before, after, pressed, course)
     if load.max() <= 0.0:
         return None
     # The edge of the contact.
@@ -142,15 +162,15 @@ def _estimated(
     if pressed == "delta_z" or branch is None:
         return StageGrading.from_moves(moves)
     # The edge of the stick zone.
-    qx, qy = (_between(before, after, name) for name in ("Qx", "Qy"))
+    qx, qy = (_between(before, after, name, course) for name in ("Qx", "Qy"))
     force = np.hypot(qx - branch.start.real, qy - branch.start.imag)
     limit = branch.span * friction * load
     ratio = laws.stick_ratio(np.divide(force, limit, out=np.ones_like(force), where=limit > force))
     return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
 
 
-def _between(before: Loads, after: Loads, name: str) -> DoubleArray:
-    return before[name] + (after[name] - before[name]) * SHARES
+def _between(before: Loads, after: Loads, name: str, course: Course) -> DoubleArray:
+    return course[name] if name in course else before[name] + (after[name] - before[name]) * SHARES
 
 
 def _next_branch(branch: _Branch | None, before: Loads, after: Loads) -> _Branch | None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from fretsolve.case.history import COMPONENTS, PAIRS, SHEARING
 from fretsolve.case.keys.unrolled_path import CyclePass, Stage, imposed_after
-from fretsolve.problem.model.increment_grading import LINE, SPHERE, StageGrading, stage_gradings
+from fretsolve.problem.model.increment_grading import LINE, SPHERE, LoadsAtContact, StageGrading, stage_gradings
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.result.state import Summary
@@ -78,21 +78,24 @@ class _PlannedStage:
 class LoadPath:
     """The stages of a case, cut into increments.
 
-    refinement: factor on the automatic numbers of increments where the slip depends on them.
+    refinement: factor on the automatic numbers of increments where the slip depends on them; at_contact: the loads of
+    the contact on a rig, by which increments are graded, None for those imposed.
 
     Attributes, of the whole path: increments: their number; path_dependent: whether the slip of any stage depends on
     them. Of each stage: counts: number of increments; last_steps: the last increment; graded: whether the increments
     are; imposed: load components with their totals at the end (N, mm, N mm, rad).
     """
 
-    def __init__(self, stages: Sequence[Stage], model: Model, refinement: float = 1.0):
-        self._model, self._refinement = model, refinement
+    def __init__(
+        self, stages: Sequence[Stage], model: Model, refinement: float = 1.0, at_contact: LoadsAtContact | None = None
+    ):
+        self._model, self._refinement, self._at_contact = model, refinement, at_contact
         self._planned: list[_PlannedStage] = []
         self._may_end: dict[int, CyclePass] = {}
         self._steps_of: dict[tuple[int, int], tuple[int, int]] = {}
         self._left_out: Collection[int] | None = None
         self.path_dependent = False
-        self._all_imposed = list(accumulate(stages, imposed_after, initial=model.at_start))
+        self._all_imposed = imposed_along(stages, model)
         moved = set[str]()
         for index, (stage, (before, after)) in enumerate(zip(stages, pairwise(self._all_imposed), strict=True)):
             # A tangential component that returns to 0 still counts: shear stays behind.
@@ -110,7 +113,10 @@ class LoadPath:
     def _gradings(self) -> tuple[StageGrading, ...]:
         """The grading of each stage. Equal increments need none, and a case of a sweep takes 0.5 ms less without."""
         laws = LINE if self._model.line else SPHERE
-        return tuple(stage_gradings(self._model.friction, self._all_imposed, laws))
+        if self._at_contact is None:
+            return tuple(stage_gradings(self._model.friction, self._all_imposed, laws))
+        contact = self._at_contact
+        return tuple(stage_gradings(self._model.friction, contact.imposed, laws, contact.course))
 
     def _needed(self, index: int, path_dependent: bool) -> int:
         """Return the number of increments that the slip of a stage needs."""
@@ -204,7 +210,7 @@ class LoadPath:
             replace(planned.stage, increments=count, spacing="graded" if planned.grading else "equal")
             for planned, count in zip(self._planned, counts, strict=True)
         ]
-        path = LoadPath(stages, self._model)
+        path = LoadPath(stages, self._model, at_contact=self._at_contact)
         path._left_out = left_out
         return path
 
@@ -267,6 +273,11 @@ class LoadPath:
             begin = planned.before[name] if name in planned.before else float(getattr(start, name, 0.0))
             values[name] = end if part == 1.0 else begin + (end - begin) * part
         return planned, values
+
+
+def imposed_along(stages: Sequence[Stage], model: Model) -> tuple[dict[str, float], ...]:
+    """Return what is imposed before the first stage and at the end of each stage."""
+    return tuple(accumulate(stages, imposed_after, initial=model.at_start))
 
 
 def _is_later(cycle: CyclePass | None, than: CyclePass) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from fretsolve.case.dimensions import percent
-from fretsolve.case.history import SHEARING, TANGENTIAL
+from fretsolve.case.history import COMPONENTS, SHEARING, TANGENTIAL
 from fretsolve.case.keys.unrolled_path import imposed_at_start
 from fretsolve.case.models import Case
 from fretsolve.problem.model.materials import BulkResponse, Compliances, Orthotropy, compliances
@@ -243,7 +243,7 @@ def _warnings(
         )
     if asked == "none" and moved and material.B and not line:
         error = ""
-        if {"Mz", "phi_z"} & set(moved):
+        if set(COMPONENTS[5]) & set(moved):
             share = torsion_error_without_in_plane_coupling(material.B, material.torsional)
             error = f": under torsion the ratio phi_z/Mz is {percent(share)} too small"
         yield f"coupling: none leaves out ux from qy and uy from qx{error}; coupling: auto keeps them"

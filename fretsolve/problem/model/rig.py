@@ -45,6 +45,11 @@ class Rig:
         return float(0.5 * resultants @ self.compliance @ resultants)
 
 
+def driver(rig: Rig | None, motion: str) -> str:
+    """Return what to impose where a motion of the contact drives it: with a rig that gives there, the actuator's."""
+    return ACTUATORS[motion] if rig is not None and rig.compliance[MOTIONS.index(motion)].any() else motion
+
+
 def rig_of(case: Case) -> Rig | None:
     """Return the rig of a case; None without one.
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import ACTUATORS, COMPONENTS, PAIRS
 from fretsolve.case.keys.body_specs import Surface
 from fretsolve.case.models import Case
 from fretsolve.problem.model.required_terms import Model
@@ -54,6 +54,12 @@ ALIKE = 1e-3
 """Part by which P, the proportion of the loads, and the mismatch along y may differ from what bulk stress needs."""
 
 
+TILTED_BY_RIG = frozenset((ACTUATORS["phi_x"], ACTUATORS["phi_y"]))
+
+SHEARED = frozenset(name for names in COMPONENTS[3:5] for name in names)
+"""Loads and motions that shear the contact along x and y."""
+
+
 @dataclass(frozen=True)
 class ClosedForm:
     """The exact value of a column of the history at the end of a stage (from 0); source: authors of the solution."""
@@ -76,18 +82,19 @@ def spence_ratio(model: Model) -> float:
 
 
 def pressing(load: Load) -> tuple[str, float]:
-    """Return name and value of the imposed normal load: P, or else delta_z."""
-    return ("P", load["P"]) if "P" in load else ("delta_z", load["delta_z"])
+    """Return name and value of the imposed normal load: P, or else delta_z, or else actuator_z."""
+    return next((name, load[name]) for name in COMPONENTS[0] if name in load)
 
 
 def is_tilted(load: Load) -> bool:
-    """Return whether moments or rotations other than 0 are imposed."""
-    return any(load.get(name) for name in ("Mx", "My", "phi_x", "phi_y"))
+    """Return whether moments or rotations other than 0 are imposed, or rotations through a rig that may give."""
+    return any(load.get(name) for name in ("Mx", "My", "phi_x", "phi_y")) or bool(TILTED_BY_RIG & load.keys())
 
 
 def round_contact(surface: Surface, modulus: float, name: str, value: float) -> HertzContact | RoundContact | None:
     """Return the contact of a cone by Love, or of a curved surface by Hertz, under P or delta_z; modulus: E* (MPa).
 
+    A motion of the actuator counts as the approach, which it is at most.
     Any curved surface counts as the sphere with its curvature along x. None without contact, and for punches
     and rough surfaces.
     """
@@ -103,7 +110,7 @@ def round_contact(surface: Surface, modulus: float, name: str, value: float) -> 
 class ClosedForms:
     """The closed forms of a case along its load path. Stages are counted from 0.
 
-    loads: the imposed load components at the end of each stage.
+    loads: the imposed load components at the end of each stage; on a rig those of the contact, where they are known.
     """
 
     case: Case
@@ -129,7 +136,7 @@ class ClosedForms:
             Rx, Ry, angle = surface.crown_radius, surface.radius, surface.axis
         else:
             return None
-        if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry):
+        if min(value, Rx, Ry) <= 0.0 or (name != "P" and Rx != Ry) or name == "actuator_z":
             return None
         if Rx == Ry:
             contact = (hertz_sphere if name == "P" else hertz_sphere_at)(value, Rx, self._modulus)
@@ -361,7 +368,7 @@ class ClosedForms:
         """The reason why Cattaneo and Mindlin are not exact where it is a layer or Poisson's ratio; else empty."""
         if self.model.compliances.layer_shear:
             return WITH_LAYER
-        sheared = bool({"Qx", "Qy", "delta_x", "delta_y"} & set(self.model.moved))
+        sheared = bool(SHEARED & set(self.model.moved))
         if not self._directions_interact or not sheared or self.model.bulk is not None:
             return ""
         return (
@@ -384,7 +391,7 @@ class ClosedForms:
             stage, form = self.under_bulk
             return ClosedForm("stick_radius", stage, form.stick_radius, form.source)
         if self.model.moved:
-            if {"delta_x", "delta_y"} & set(self.model.moved):
+            if {"delta_x", "delta_y"} & {name for load in self.loads for name, value in load.items() if value}:
                 return self._smallest_stick_moved
             shear = self.tangential(len(self.loads) - 1)
             if shear is None or shear.largest >= shear.limit:

@@ -12,7 +12,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from fretsolve.problem.setup.closed_forms import WITH_LAYER, ClosedForm, ClosedForms, Load, spence_ratio
+from fretsolve.problem.setup.closed_forms import WITH_LAYER, ClosedForm, ClosedForms, Load, is_tilted, spence_ratio
 from fretsolve.reference.cyclic_loading import SAME
 from fretsolve.reference.hertz import HertzContact, HertzLine, LineContact, RoundedPunch
 from fretsolve.reference.line_slip import LinePartialSlip, LineShear
@@ -53,8 +53,7 @@ class LineClosedForms(ClosedForms):
 
     def _contact(self, load: Load) -> LineContact | None:
         surface, modulus = self._only_surface, self._modulus
-        tilted = any(load.get(name) for name in ("My", "phi_y"))
-        if surface is None or tilted or not load.get("P"):
+        if surface is None or is_tilted(load) or not load.get("P"):
             return None
         # An imposed moment of 0 holds the load in the grid's middle.
         if "My" in load and surface.center[0] != 0.0:
@@ -84,8 +83,9 @@ class LineClosedForms(ClosedForms):
     def partial_slip(self, stage: int) -> LineShear | None:
         """Return the partial slip after `stage`; None where there is none or no closed form.
 
-        There is none where shear acts on the pressure, under Qx and Qy together, where P changes under shear, or where
-        bulk stress is not in proportion to Qx or so large that a slip zone shrinks on the way.
+        There is none where shear acts on the pressure, under Qx and Qy together, where P changes under shear, where a
+        motion is imposed, or where bulk stress is not in proportion to Qx or so large that a slip zone shrinks on the
+        way.
         """
         contact, loads, bulk = self.contacts[stage], self.loads[: stage + 1], self.model.bulk
         if contact is None or not self.model.has_shear or self.model.coupled or self.case.friction_varies:
@@ -93,6 +93,8 @@ class LineClosedForms(ClosedForms):
         if self.model.compliances.layer_shear:
             return None
         P, Qx, Qy = (np.array([0.0, *(load.get(name, np.nan) for load in loads)]) for name in ("P", "Qx", "Qy"))
+        if np.isnan([Qx, Qy]).any():
+            return None
         mismatch = np.array([0.0, *(bulk.mismatch(load)[0] if bulk is not None else 0.0 for load in loads)])
         limit, material = self.model.friction * contact.load, self.model.compliances
         strain = self.model.friction * contact.max_pressure * material.A

@@ -102,7 +102,7 @@ def _sheared_reach(forms: ClosedForms) -> float:
 
     A tangential force Q within the radius a has uz of about beta Q / (pi E* a) at the edge, by the field of a point
     force (Cerruti), up on one side and down on the other. A sphere of radius R tilted so touches R beta Q / (pi E* a^2)
-    beside its centre. Q is at most mu P, and 2 E* a times a displacement.
+    beside its centre. Q is at most mu P, and 2 E* a times a displacement, of which a rig takes a part.
     """
     sphere, model = forms.case.surface[0], forms.model
     modulus, coupling = model.compliances.contact_modulus, abs(model.compliances.dundurs_constant)
@@ -113,7 +113,8 @@ def _sheared_reach(forms: ClosedForms) -> float:
         if hertz is not None:
             radius = hertz.contact_radius
             stiffness = 2.0 * modulus * radius
-            forces = [load.get(f"Q{axis}", stiffness * load.get(f"delta_{axis}", 0.0)) for axis in "xy"]
+            motions = (load.get(f"delta_{axis}", load.get(f"actuator_{axis}", 0.0)) for axis in "xy")
+            forces = [load.get(f"Q{axis}", stiffness * m) for axis, m in zip("xy", motions, strict=True)]
             force = min(model.friction * hertz.load, math.hypot(*forces))
             reach = max(reach, radius + sphere.radius * coupling * force / (math.pi * modulus * radius**2))
     return reach

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fretsolve.case.history import COMPONENTS
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
 from fretsolve.problem.friction.limit import FrictionOnGrid
@@ -25,10 +26,11 @@ from fretsolve.system.environment import compiler_asked, compiler_installed
 
 if TYPE_CHECKING:
     from fretsolve.problem.friction.law import FrictionLaw
+    from fretsolve.problem.setup.rig_forms import RigForms
     from fretsolve.problem.setup.unresolved_heights import HeightMaps
     from fretsolve.problem.setup.wear_law import WearLaw
 
-TURNED = {"Mx", "phi_x", "Qy", "delta_y", "Mz", "phi_z", "bulk_1_xy", "bulk_2_xy"}
+TURNED = {name for mode in (1, 4, 5) for name in COMPONENTS[mode]} | {"bulk_1_xy", "bulk_2_xy"}
 """Loads and motions that a mirror image turns round."""
 
 FEWEST_MIRRORED_CELLS = 16 * 16
@@ -74,6 +76,15 @@ class ProblemSetup:
         """
         with placed(self.case):
             return separation(self.case.surface, self.grid.x, self.grid.y)
+
+    @cached_property
+    def on_rig(self) -> RigForms | None:
+        """What closed forms know of the contact on its rig; None without a rig."""
+        if self.model.rig is None:
+            return None
+        from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
+
+        return RigForms(self.case, self.model, (self.model.at_start, *self.load_path.imposed))
 
     @cached_property
     def mirrored_increments(self) -> int:
@@ -132,6 +143,10 @@ class ProblemSetup:
 
 def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
     """Return the closed forms that hold for a case under `loads` one after another."""
+    if model.rig is not None:
+        from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
+
+        loads = RigForms(case, model, (model.at_start, *loads)).loads[1:]
     if not model.line:
         return ClosedForms(case, model, loads)
     from fretsolve.problem.setup.line_forms import LineClosedForms  # other cases do not need them

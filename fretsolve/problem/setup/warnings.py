@@ -17,12 +17,13 @@ from typing import Any
 import numpy as np
 
 from fretsolve.case.dimensions import cell_counts, percent
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import ACTUATORS, PAIRS
 from fretsolve.case.keys.body_specs import PunchSurface
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import KeyPath, dotted
 from fretsolve.problem.friction.limit import friction_warnings, largest_share
 from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
+from fretsolve.problem.model.rig import driver
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
 from fretsolve.problem.setup.map_warnings import about_maps
 from fretsolve.problem.setup.picked_settings import (
@@ -33,6 +34,7 @@ from fretsolve.problem.setup.picked_settings import (
     tolerance_needed,
 )
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.problem.setup.rig_warnings import about_rig
 from fretsolve.problem.setup.wear_warnings import LARGEST_MOTION, wear_warnings
 from fretsolve.problem.surface.edges import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.reference.hertz import HertzLine, LineContact
@@ -160,7 +162,7 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
             name, loads = "Mz", f"{abs(Mz):.6g} N mm is not below the {most_torque:.6g} N mm ({of_torque})"
         else:
             continue
-        advice = "lower it" if setup.model.line else f"impose {dict(PAIRS)[name]} to follow it"
+        advice = "lower it" if setup.model.line else f"impose {driver(setup.model.rig, dict(PAIRS)[name])} to follow it"
         place = _typed(setup, *stage.place(name))
         yield f"{place}: {loads} that friction carries: gross slip ends the run; {advice}"
         return
@@ -215,11 +217,14 @@ def _about_motions(setup: ProblemSetup) -> Iterator[str]:
     if (hertz := setup.closed_forms.largest) is None:
         return
     radius = min(hertz.half_extent)
-    for load, name in product(setup.load_path.imposed, ("delta_x", "delta_y", "phi_z")):
-        motion = abs(load.get(name, 0.0)) * (radius if name == "phi_z" else 1.0)
+    loads = zip(setup.load_path.imposed, setup.closed_forms.loads, strict=True)
+    for (imposed, load), name in product(loads, ("delta_x", "delta_y", "phi_z")):
+        actuator = ACTUATORS[name]
+        motion = abs(load.get(name, load.get(actuator, 0.0))) * (radius if name == "phi_z" else 1.0)
         if motion > LARGEST_MOTION * radius:
+            named, moves = (actuator, "may move") if actuator in imposed else (name, "moves")
             yield (
-                f"load_path: {name} moves the surfaces by {motion / radius:.2g} contact radii, but both keep their"
+                f"load_path: {named} {moves} the surfaces by {motion / radius:.2g} contact radii, but both keep their"
                 f" places on the grid: errors are of that order from {LARGEST_MOTION:g} on; is the unit right?"
             )
 
@@ -469,6 +474,7 @@ WARNINGS: tuple[Callable[[ProblemSetup], Iterator[str]], ...] = (
     _about_counts,
     _about_large_contacts,
     _about_motions,
+    about_rig,
     _about_room,
     _about_yield,
     _about_wear,

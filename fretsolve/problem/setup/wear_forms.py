@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.case.history import OF_RIG
 from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import KeyPath
@@ -43,7 +44,8 @@ class WornCycle:
     Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
     or of the displacement (mm), about mean; forced: whether of the force; load_kept: whether P is imposed,
     else the approach is; coupled: whether pressure and shear change each other, or a layer shears between the bodies,
-    which no closed form of a worn limit includes.
+    which no closed form of a worn limit includes; on_rig: whether a rig takes a part of the motion, which changes as the
+    contact wears.
     """
 
     key: KeyPath
@@ -59,6 +61,7 @@ class WornCycle:
     forced: bool
     load_kept: bool
     coupled: bool = False
+    on_rig: bool = False
 
     @cached_property
     def slides(self) -> bool:
@@ -112,7 +115,7 @@ class WornCycle:
     @cached_property
     def limit(self) -> WornLimit | None:
         """The worn limit of partial slip about no mean; None where no closed form gives it."""
-        if self.slides or self.mean or self.coupled or self.forced != self.load_kept:
+        if self.slides or self.mean or self.coupled or self.on_rig or self.forced != self.load_kept:
             return None
         radius = self.hertz.radii[0]
         if self.forced:
@@ -228,6 +231,8 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         return None
     name, least, most = moved
     coefficient = wear.alpha if wear.alpha is not None else (wear.k or 0.0) / model.friction
+    targets = (target for stage in case.stages() for target in stage.targets)
+    moved_by_rig = {name for name, value in targets if name in OF_RIG and value}
     return WornCycle(
         key=cycle.key,
         stages=(first + 1, last + 1),
@@ -240,8 +245,9 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         amplitude=0.5 * (most - least),
         mean=0.5 * (most + least),
         forced=name[0] == "Q",
-        load_kept="P" in loads[-1],
+        load_kept="P" in loads[-1] and "actuator_z" not in moved_by_rig,
         coupled=model.coupled or bool(pair.layer_shear),
+        on_rig=bool(moved_by_rig),
     )
 
 

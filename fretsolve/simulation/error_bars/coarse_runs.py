@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fretsolve.case.history import SHEARING
+from fretsolve.case.history import COMPONENTS, SHEARING
 from fretsolve.contact.increment.increment import IncrementSolver
 from fretsolve.errors import CaseError, GridEdgeError, NoSolutionError
 from fretsolve.problem.model.load_path import LoadPath
@@ -84,8 +84,8 @@ def _keeps_errors_of_pressing(setup: ProblemSetup) -> bool:
     stages = [
         (dict(stage.targets), count) for stage, count in zip(setup.case.stages(), setup.load_path.counts, strict=True)
     ]
-    presses = any(count < MANY and {"P", "delta_z"} & targets.keys() for targets, count in stages)
-    return presses or any(targets.get(name) for targets, _ in stages for name in ("Mx", "My", "phi_x", "phi_y"))
+    presses = any(count < MANY and targets.keys() & set(COMPONENTS[0]) for targets, count in stages)
+    return presses or any(targets.get(name) for targets, _ in stages for names in COMPONENTS[1:3] for name in names)
 
 
 LOOSER, LOOSEST = 30.0, 1e-4

@@ -253,7 +253,9 @@ def known_values(kind: ReferenceKind, setup: ProblemSetup) -> Mapping[StageQuant
     if kind == "finest":
         return None
     if kind == "closed-form":
-        known = {StageQuantity(form.quantity, form.stage + 1): form.value for form in setup.closed_forms.values()}
+        on_rig = () if setup.on_rig is None else setup.on_rig.values()
+        forms = (*setup.closed_forms.values(), *on_rig)
+        known = {StageQuantity(form.quantity, form.stage + 1): form.value for form in forms}
         if not known:
             raise CaseError(
                 "--truth closed-form: no closed form is known for this case; those of Hertz, Cattaneo and Mindlin, and"

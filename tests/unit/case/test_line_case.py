@@ -62,12 +62,28 @@ MISTAKES = [
     ("Qx: 18 N/mm", "phi_x: 1", "stage.2.phi_x: a line contact is the same all along y"),
     ("Qx: 18 N/mm", "Mz: 1", "stage.2.Mz: a line contact cannot turn about z"),
     ("Qx: 18 N/mm", "phi_z: 1", "stage.2.phi_z: a line contact cannot turn about z"),
-    ("Qx: 18 N/mm", "delta_x: 1", "stage.2.delta_x: a displacement along x has an unknown constant"),
+    (
+        "Qx: 18 N/mm",
+        "delta_x: 1",
+        "stage.2.delta_x: delta_x has an unknown constant in a line contact; give reference_depth, or impose Qx",
+    ),
+    ("Qx: 18 N/mm", "actuator_x: 1", "stage.2.actuator_x: no actuator without a rig; add rig: {stiffness_x: ...}"),
+    (
+        "friction: 0.3",
+        "friction: 0.3\nrig: {stiffness_x: 5 kN/mm}",
+        "rig.stiffness_x: '5 kN/mm' is a force per length; a stiffness per length such as '5 kN/mm^2' is needed",
+    ),
+    (
+        "friction: 0.3",
+        "friction: 0.3\nrig: {stiffness_y: 5 kN/mm^2}",
+        "rig.stiffness_y: the motion along y is unknown in a line contact; remove it, or plane: strain",
+    ),
+    ("friction: 0.3", "friction: 0.3\nrig: {stiffness_phi_z: 5}", "rig.stiffness_phi_z: a line contact turns about y"),
     ("Qx: 18 N/mm", "delta_y: 1", "stage.2.delta_y: a displacement along y has an unknown constant"),
     ("Qx: 18 N/mm", "bulk_2: {yy: 1}", "stage.2.bulk_2.yy: in plane strain the stress along y follows from xx"),
     ("Qx: 18 N/mm", "bulk_1: {xy: 1, xx: 1}", "stage.2.bulk_1.xy: a line contact is the same all along y"),
     ("Qx: 18 N/mm", "bulk_2: {}", "stage.2.bulk_2: the bulk stress has no value; at least one of xx, yy, xy is"),
-    ("{P: 100 N/mm}", "{delta_z: 1 um}", "stage.1: delta_z has an unknown constant in a line contact; give refer"),
+    ("{P: 100 N/mm}", "{delta_z: 1 um}", "stage.1.delta_z: delta_z has an unknown constant in a line contact; give"),
     ("plane: strain", "plane: stress", "plane: 'stress' is not allowed"),
     ("plane: strain\n", "", "stage.1.P: '100 N/mm' is a force per length; a force such as '400 N' is needed"),
     ("points: 64", "points: 8", "grid.points: 8 are too few for error bars; 16 or more per side are needed"),
@@ -92,6 +108,6 @@ def test_a_contact_on_an_area_has_no_reference_depth(tmp_path):
 def test_other_keys_are_refused_by_the_schema():
     validator = jsonschema.Draft202012Validator(line_schema())
     case = yaml.safe_load(LINE)
-    for stage in ({"Mx": 1.0}, {"phi_z": 1.0}, {"delta_x": 1.0}):
+    for stage in ({"Mx": 1.0}, {"phi_z": 1.0}, {"delta_y": 1.0}, {"actuator_phi_z": 1.0}):
         assert list(validator.iter_errors({**case, "load_path": [{"P": 1.0}, stage]}))
     assert list(validator.iter_errors({**case, "surface": {"sphere": {"radius": 1.0}}}))

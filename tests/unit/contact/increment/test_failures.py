@@ -27,6 +27,7 @@ from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import ContactLostError, GridEdgeError
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.rig import Rig
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.arrays import FloatArray
 
@@ -81,6 +82,11 @@ class TestGrossSlip:
         assert error.component == "Qx"
         for part in ("Qx = 50 N", "Mz = 3 N mm", "mu P = 40 N", "0.8", "delta_x and phi_z"):
             assert part in str(error)
+
+    def test_a_rig_is_moved_by_its_actuator(self):
+        rig = Rig(np.diag([0.0, 0.0, 0.0, 2e-5, 0.0, 0.0]))
+        error = gross_slip_error(LoadControl(ALL, (50.0, 0.0, 3.0)), 0.8, 40.0, rig=rig)
+        assert str(error).endswith("or impose actuator_x and phi_z instead")
 
     def test_nothing_is_carried(self):
         assert "none of it" in str(gross_slip_error(LoadControl(ALL, (0.0, 2.0, 0.0)), 0.0, 0.0))

@@ -83,6 +83,65 @@ def test_too_fast_a_fall_is_refused_unless_allowed():
     assert math.isfinite(slow[-1].summary.work_total)
 
 
+SOFT = {"coupling": "none", "grid": {"points": 24}, "rig": {"stiffness_x": 1e3}}
+"""A rig of 1 kN/mm, on which the contact slides as a whole from 120 N and 0.12 mm at the actuator on."""
+
+
+def sliding(slip, motion=0.14, **more):
+    friction = {"initial": 0.3, "final": 0.1, "slip": slip, **more.pop("friction", {})}
+    return solve(friction=friction, load_path=[{"P": 400.0}, {"actuator_x": motion, "increments": 8}], **SOFT | more)
+
+
+class TestOnARig:
+    """0.2 of P over the slip, less what has worn off before, against 1/k + S/8a = 1/982 mm/N: 0.0806 to 0.0815 mm."""
+
+    def test_friction_that_falls_faster_than_the_rig_unloads_is_refused(self):
+        with pytest.raises(WeakeningError) as caught:
+            sliding(0.0795)
+        assert (caught.value.exit_code, caught.value.key) == (3, ("stage", 2))
+        assert (
+            "times as fast with slip as contact and rig unload, so that the contact, which slides as a whole, jumps; a"
+            " stiffer rig, delta_x imposed on the contact itself, a larger friction.slip, or weakening: allow is needed"
+        ) in str(caught.value)
+        match = re.search(r"friction falls (\S+) times", str(caught.value))
+        assert match is not None
+        assert float(match[1]) == pytest.approx(0.2 * 400.0 / 0.0795 / 982.0, rel=0.015)
+
+    def test_a_slower_fall_is_followed(self):
+        assert sliding(0.083)[-1].summary.stick_area == 0.0
+
+    @pytest.mark.parametrize(
+        "parts",
+        [
+            {"motion": 0.1},  # a stick zone holds the contact
+            {"rig": {"stiffness_x": 3e3}},
+            {"rig": {"stiffness_y": 1e3}, "motion": 5e-3},  # as if delta_x were imposed
+            {"friction": {"weakening": "allow"}},
+            {"friction": {"final": 0.4}},
+        ],
+        ids=["partial slip", "stiffer", "along y", "allowed", "growing"],
+    )
+    def test_what_is_stable(self, parts):
+        assert len(sliding(0.06, **parts)) == 9
+
+    @pytest.mark.parametrize(("stiffness", "motion", "stable"), [(400.0, 0.08, False), (900.0, 0.06, True)])
+    def test_torsion(self, stiffness, motion, stable):
+        """The torque falls by 2/5 a^2 P times the fall of the coefficient per slip: 580 N mm/rad."""
+        parts = {
+            **SOFT,
+            "friction": {"initial": 0.3, "final": 0.1, "slip": 0.005},
+            "bodies": NO_POISSON,
+            "coupling": "auto",
+            "rig": {"stiffness_phi_z": stiffness},
+            "load_path": [{"P": 400.0}, {"actuator_phi_z": motion, "increments": 4}],
+        }
+        if stable:
+            assert solve(**parts)[-1].summary.stick_area == 0.0
+            return
+        with pytest.raises(WeakeningError, match="phi_z imposed on the contact itself"):
+            solve(**parts)
+
+
 @pytest.mark.parametrize("scale", ["slip", "energy"])
 def test_validate_warns_of_it_where_the_run_ends(scale):
     """The scale that the warning asks for holds, a twentieth less does not."""

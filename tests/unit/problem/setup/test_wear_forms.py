@@ -53,6 +53,25 @@ def test_partial_slip_under_a_displacement():
     assert cycle.limit is None
 
 
+def test_a_rig_takes_its_part_of_the_motion():
+    """Gross slip: the contact moves by mu P/k less. No worn limit or scar is known, as the rig lets the load change."""
+    setup = worn("actuator_x", 2.0 * SLIDING + 0.8e-3, 1e4, rig={"stiffness_x": 50e3})
+    (cycle,) = worn_cycles(setup.closed_forms)
+    assert cycle.slides
+    assert cycle.sliding_distance == pytest.approx(2.0 * SLIDING, rel=1e-9)
+    assert cycle.scar is not None
+    pressed = {"actuator_z": HERTZ.delta_z + 2e-3}
+    rig = {"stiffness_x": 50e3, "stiffness_z": 200e3}
+    (cycle,) = worn_cycles(worn("actuator_x", 3e-3, 1e4, pressed=pressed, rig=rig).closed_forms)
+    assert (cycle.slides, cycle.load_kept, cycle.scar) == (True, False, None)
+    (cycle,) = worn_cycles(worn("actuator_x", 1e-3, 1e4, rig=rig).closed_forms)
+    assert (cycle.slides, cycle.limit) == (False, None)
+    assert cycle.energy == pytest.approx(
+        cattaneo_mindlin(HERTZ, FRICTION, cycle.slip.shear_force, MATERIAL.tangential).work_per_cycle
+    )
+    assert cycle.slip.delta_x + cycle.slip.shear_force / 50e3 == pytest.approx(1e-3, rel=1e-9)
+
+
 def test_automatic_size_holds_the_worn_contact():
     setup = worn("delta_x", 10e-3, 1e6)
     (cycle,) = worn_cycles(setup.closed_forms)
