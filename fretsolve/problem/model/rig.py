@@ -15,7 +15,7 @@ from fretsolve.case.history import ACTUATORS, PAIRS
 from fretsolve.case.keys.rig_spec import STIFFNESSES, RigSpec
 from fretsolve.system.arrays import DoubleArray, Vector
 
-MOTIONS = tuple(motion for _, motion in PAIRS)
+RESULTANTS, MOTIONS = zip(*PAIRS, strict=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +32,16 @@ class Rig:
     def energy(self, resultants: Vector) -> float:
         """Return the energy in the rig (mJ)."""
         return float(0.5 * resultants @ self.compliance @ resultants)
+
+    def errors(self, resultants: Vector, of_motions: Vector, of_resultants: Vector) -> dict[str, float]:
+        """Return the largest errors of the motions of the actuator, and of the energy, by their names.
+
+        of_motions, of_resultants: errors of the contact's motions and of the resultants, each ``(6,)``.
+        """
+        size = np.abs(self.compliance)
+        found = of_motions + size @ of_resultants
+        energy = np.abs(self.compliance @ resultants) @ of_resultants + 0.5 * of_resultants @ size @ of_resultants
+        return dict(zip(ACTUATORS.values(), found.tolist(), strict=True)) | {"spring_energy": float(energy)}
 
 
 def rig_of(spec: RigSpec | None) -> Rig | None:
