@@ -3,8 +3,8 @@
 A bar is the root of the squares of four errors: of the cells, as coarse runs on half and on a third of the points per
 side show it by Richardson's extrapolation of first order; a least one for what all grids hide (`floors`); of the
 increments, as other ones change the values on the coarsest grid; of the iteration, by the certificate. The change by
-the increments is added to the run's values, which gives the corrected ones. Motions of an actuator are a sum of motions of the
-contact and of loads, and have the sum of their errors. docs/error_bars.md has the outcome of
+the increments is added to the run's values, which gives the corrected ones. What belongs to a rig follows from motions
+of the contact and loads, and has the sum of their errors. docs/error_bars.md has the outcome of
 ``benchmarks/calibrate_error_bars.py``.
 """
 
@@ -194,7 +194,7 @@ class ErrorBars:
             self._path = path
 
     def _imposed(self, step: int) -> BoolArray:
-        """Return which values are imposed; where an actuator is, neither load nor motion is, unless the rig is rigid."""
+        """Return which values are imposed: neither load nor motion where the actuator is, unless the rig is rigid."""
         names, rig = set(self._path.imposed_at(step)), self._setup.model.rig
         if rig is not None:
             rigid = zip(ACTUATORS.items(), rig.compliance, strict=True)
