@@ -57,6 +57,9 @@ ENERGIES = tuple(
 )
 """Columns of dissipated energy."""
 
+NEEDED_KEYS = {"wear": WEAR_NAMES, "rig": NAMES_OF_RIG}
+"""Keys of the case without which there are no such quantities."""
+
 LAST_STAGE = 1_000_000_000
 """Stands for the last stage where the number of stages is not known."""
 
@@ -121,7 +124,11 @@ def _right_name(name: str) -> str:
 
 def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
-    keys = ((PEAK_NAMES, "output.stress"), (WORST_NAMES, "output.fatigue"), (WEAR_NAMES, "wear"), (NAMES_OF_RIG, "rig"))
+    keys = (
+        (PEAK_NAMES, "output.stress"),
+        (WORST_NAMES, "output.fatigue"),
+        *((names, key) for key, names in NEEDED_KEYS.items()),
+    )
     return next((key for names, key in keys if name in names), "")
 
 
