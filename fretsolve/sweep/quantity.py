@@ -124,12 +124,8 @@ def _right_name(name: str) -> str:
 
 def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
-    keys = (
-        (PEAK_NAMES, "output.stress"),
-        (WORST_NAMES, "output.fatigue"),
-        *((names, key) for key, names in NEEDED_KEYS.items()),
-    )
-    return next((key for names, key in keys if name in names), "")
+    keys = {"output.stress": PEAK_NAMES, "output.fatigue": WORST_NAMES, **NEEDED_KEYS}
+    return next((key for key, names in keys.items() if name in names), "")
 
 
 def usual_quantities(setup: ProblemSetup, stages: Sequence[int] = ()) -> tuple[StageQuantity, ...]:
