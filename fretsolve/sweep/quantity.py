@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from fretsolve.case.dimensions import NUMBER, TIME
-from fretsolve.case.history import COMPONENTS, DISPLACEMENTS, HISTORY_DIMENSIONS, OF_RIG, SHEARING
+from fretsolve.case.history import ACTUATORS, COMPONENTS, DISPLACEMENTS, HISTORY_DIMENSIONS, OF_RIG, SHEARING
 from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError
 from fretsolve.post.names import PEAK_NAMES, WORST_NAMES
@@ -172,7 +172,9 @@ def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:
 def _moved(setup: ProblemSetup) -> list[str]:
     """Return the components of each mode that is moved, and what describes the contact."""
     moved = {name for load in setup.load_path.imposed for name, value in load.items() if value}
-    names = [name for one in COMPONENTS if moved & set(one) for name in one if setup.case.rig or name not in OF_RIG]
+    gives = setup.case.rig.gives if setup.case.rig is not None else ()
+    left_out = {actuator for motion, actuator in ACTUATORS.items() if motion not in gives}
+    names = [name for one in COMPONENTS if moved & set(one) for name in one if name not in left_out]
     if setup.model.line:  # whose displacements have a free constant
         unknown = ("delta_y", "actuator_y") if setup.case.reference_depth else DISPLACEMENTS
         names = [name for name in names if name not in unknown]
