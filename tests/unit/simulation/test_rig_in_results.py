@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +15,7 @@ from solving import LOAD, SIMILAR, build
 
 from fretsolve import open_result
 from fretsolve.case.history import ACTUATORS
+from fretsolve.case.keys.rig_spec import RigSpec
 from fretsolve.result import HistoryWriter
 from fretsolve.result.layout import RIG_ERRORS
 from fretsolve.result.state import Summary, SummaryErrors
@@ -97,6 +101,18 @@ def test_a_stopped_run_goes_on_to_the_same_bits(tmp_path: Path) -> None:
         for name in ("Qx", "delta_x", "work_total", *ACTUATORS.values(), "spring_energy"):
             assert whole.history[name].tolist() == resumed.history[name].tolist()
         assert whole.history["actuator_x"][-1] == pytest.approx(1e-3, rel=1e-12)
+
+
+def test_a_run_with_another_file_of_compliances_is_another_run(tmp_path: Path) -> None:
+    """Sweeps and resumed runs go by the digests of the files that the case names."""
+    setup = set_up(build(grid={"points": 16}))
+    rig = RigSpec.model_construct(compliance=tmp_path / "rig.csv")
+    setup = replace(setup, case=setup.case.model_copy(update={"rig": rig}))
+    digests = []
+    for text in ("1e-5,0", "2e-5,0"):
+        rig.compliance.write_text(text)
+        digests.append(json.loads(run_header(setup, 1, ()).inputs)["compliance of the rig"])
+    assert digests[0] == hashlib.sha256(b"1e-5,0").hexdigest() != digests[1]
 
 
 def test_files_and_lines_of_programs_have_the_actuator_with_a_rig_alone(tmp_path: Path) -> None:
