@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.history import BULK, OF_WEAR, SPOTS
+from fretsolve.case.history import BULK, OF_RIG, OF_WEAR, SPOTS
 from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.layout import ERRORS
 from fretsolve.result.state import Fields, State, Summary, SummaryErrors, WearState
@@ -154,7 +154,7 @@ def _summary(step: int, pressure: np.ndarray, previous: State | None) -> Summary
     values.update(P=load, step=step, stage=1 + step // 3, wall_time=0.25, work_total=before + values["work"])
     values.update(residual_gap=1e-9, residual_stick=3e-7, residual_slip=0.0, residual_bound=0.0, residual_load=1e-8)
     values.update(Mx=0.0, My=1e-14 * load, Qy=0.0, Mz=0.0, delta_y=0.0, phi_x=0.0, phi_y=0.0, phi_z=0.0)
-    values |= dict.fromkeys((*BULK[1], *BULK[2], *OF_WEAR), 0.0) | dict.fromkeys(SPOTS, -1)
+    values |= dict.fromkeys((*BULK[1], *BULK[2], *OF_WEAR, *OF_RIG), 0.0) | dict.fromkeys(SPOTS, -1)
     for zone in ("contact", "stick"):  # circles about the origin
         radius = values[f"{zone}_radius"]
         values |= {f"{zone}_half_width_x": radius, f"{zone}_half_width_y": radius}

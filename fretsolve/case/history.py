@@ -32,6 +32,9 @@ works on. One of each pair is imposed at a time."""
 ACTUATORS = {motion: f"actuator_{motion.removeprefix('delta_')}" for _, motion in PAIRS}
 """The motions of the contact, each with the motion of the actuator that a rig in series makes of it."""
 
+MOTIONS_OF_ACTUATORS = {actuator: motion for motion, actuator in ACTUATORS.items()}
+"""The motions of the actuator, each with the contact's motion of the same mode."""
+
 COMPONENTS = tuple((force, motion, ACTUATORS[motion]) for force, motion in PAIRS)
 """The force or moment of each rigid mode, and its two motions; one of the three is imposed at a time."""
 

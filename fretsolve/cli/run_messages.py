@@ -14,7 +14,7 @@ from typing import Any
 
 from fretsolve import __version__
 from fretsolve.case.dimensions import counted
-from fretsolve.case.history import SPOTS
+from fretsolve.case.history import OF_RIG, SPOTS
 from fretsolve.cli.case_summary import (
     accuracy_lines,
     grid_line,
@@ -88,6 +88,13 @@ class QuietMessages:
         """Print the outcome and where it is saved."""
         with open_result(self.out) as result:
             self._report(result, verdict_of(result.effective_case, result.history))
+
+    def _history(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
+        """Return all that the history keeps of an increment: spots where they are counted, the actuator with a rig."""
+        values = {name: value for name, value in vars(summary).items() if name not in SPOTS or value >= 0}
+        values |= vars(errors) if errors is not None else {}
+        rig = self.setup.model.rig is not None
+        return {name: value for name, value in values.items() if rig or not name.startswith(OF_RIG)}
 
     def _holes(self, result: Result) -> Iterator[str]:
         """Yield warnings of holes in the largest contact of which the result has the pressure."""
@@ -182,7 +189,7 @@ class TextMessages(QuietMessages):
                 "wear_volume": f"{summary.wear_volume:.6g}",
             }
         if self.verbose:
-            values |= {name: f"{v:.6g}" for name, v in _history(summary, errors).items() if name not in values}
+            values |= {name: f"{v:.6g}" for name, v in self._history(summary, errors).items() if name not in values}
         key_value_line(**values)
 
     def compiling(self) -> None:
@@ -233,7 +240,7 @@ class JsonMessages(QuietMessages):
         super().start(writer)
 
     def increment(self, summary: Summary, errors: SummaryErrors | None = None) -> None:
-        json_line("increment", increments=self.increments, stages=self.stages, **_history(summary, errors))
+        json_line("increment", increments=self.increments, stages=self.stages, **self._history(summary, errors))
 
     def warn(self, text: str) -> None:
         json_line("warning", message=text)
@@ -256,9 +263,3 @@ class JsonMessages(QuietMessages):
         if "failure" in result.attributes:
             outcome["message"] = str(result.attributes["failure"])
         self._end(result.status, result.increments, **outcome, compile_time=compile_seconds())
-
-
-def _history(summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
-    """Return all that the history keeps of an increment, spots only where they are counted."""
-    values = {name: value for name, value in vars(summary).items() if name not in SPOTS or value >= 0}
-    return values | (vars(errors) if errors is not None else {})

@@ -82,20 +82,24 @@ def _error_of(one: Quantity) -> Quantity:
     return Quantity(one.name + ERROR_SUFFIX, one.units, f"estimated error of {one.long_name}")
 
 
-_CORRECTED = tuple(
-    Quantity(one.name + CORRECTED_SUFFIX, one.units, f"{one.long_name}, corrected for the number of increments")
-    for one in HISTORY
-    if one.name in CORRECTED
-)
+def _errors_of(estimated: Iterable[Quantity], corrected: Iterable[Quantity]) -> tuple[Quantity, ...]:
+    """Return the columns of error bars, of corrected values, and of their error bars."""
+    values = [
+        Quantity(one.name + CORRECTED_SUFFIX, one.units, f"{one.long_name}, corrected for the number of increments")
+        for one in corrected
+    ]
+    return (*map(_error_of, estimated), *values, *map(_error_of, values))
+
 
 ERRORS = (
-    *(_error_of(one) for one in HISTORY if one.name in ESTIMATED),
-    *_CORRECTED,
-    *map(_error_of, _CORRECTED),
+    *_errors_of(*([one for one in HISTORY if one.name in names] for names in (ESTIMATED, CORRECTED))),
     Quantity("coarse_runs_applications", "1", "operator applications of the error bars, over those on the run's grid"),
     Quantity("coarse_runs_wall_time", "s", "wall-clock time of the error bars"),
 )
 """Error bars and corrected values, as `HISTORY`; only in results of cases with `solver.error_bars`."""
+
+RIG_ERRORS = _errors_of(RIG_HISTORY, RIG_HISTORY)
+"""Those of `RIG_HISTORY`; only in results of cases with a rig as well."""
 
 FIELDS = (
     FieldQuantity("pressure", "MPa", "pressure", array="pressure"),
@@ -125,7 +129,7 @@ DERIVED_FIELDS = (
 QUANTITIES: dict[str, Quantity] = {
     one.name: one
     for one in (
-        *(STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS),
+        *(STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS, *RIG_ERRORS),
         *(X, Y, *FIELDS, *DERIVED_FIELDS),
     )
 }
@@ -141,7 +145,7 @@ def _of_a_line(one: Quantity) -> Quantity:
 
 
 LINE_QUANTITIES = QUANTITIES | {
-    one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS)
+    one.name: _of_a_line(one) for one in (STEP, *HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *ERRORS, *RIG_ERRORS)
 }
 """The datasets of a line contact."""
 
@@ -170,7 +174,9 @@ def optional_among(names: Collection[str]) -> tuple[Quantity, ...]:
 
 def row_type(errors: bool, optional: Iterable[Quantity]) -> np.dtype[Any]:
     """Return the type of a record of the history, the step first; optional: see `optional_columns`."""
-    columns = (STEP, *HISTORY, *optional, *(ERRORS if errors else ()))
+    columns = [STEP, *HISTORY, *optional]
+    if errors:
+        columns += [*ERRORS, *(RIG_ERRORS if RIG_HISTORY[0] in columns else ())]
     return np.dtype([(quantity.name, quantity.dtype) for quantity in columns])
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from fretsolve.case.history import CORRECTED_SUFFIX as CORRECTED_SUFFIX
 from fretsolve.case.history import ERROR_SUFFIX as ERROR_SUFFIX
+from fretsolve.case.history import OF_RIG
 from fretsolve.case.history import Summary as Summary  # a part of the state
 from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 
@@ -71,6 +72,7 @@ class SummaryErrors:
     would give, to first order, and have error bars of their own. NaN where they are not known. Attribute names are the
     names of datasets in ``/history``. coarse_runs_applications: applications of the elastic operator in the coarse runs
     since the row before, in units of one on the run's own grid; coarse_runs_wall_time: the seconds that they took.
+    What belongs to a rig stands last, and is 0 without one.
     """
 
     P_error: float
@@ -128,19 +130,40 @@ class SummaryErrors:
     work_total_corrected_error: float
     coarse_runs_applications: float
     coarse_runs_wall_time: float
+    actuator_z_error: float = 0.0
+    actuator_x_error: float = 0.0
+    actuator_y_error: float = 0.0
+    actuator_phi_x_error: float = 0.0
+    actuator_phi_y_error: float = 0.0
+    actuator_phi_z_error: float = 0.0
+    spring_energy_error: float = 0.0
+    actuator_z_corrected: float = 0.0
+    actuator_x_corrected: float = 0.0
+    actuator_y_corrected: float = 0.0
+    actuator_phi_x_corrected: float = 0.0
+    actuator_phi_y_corrected: float = 0.0
+    actuator_phi_z_corrected: float = 0.0
+    spring_energy_corrected: float = 0.0
+    actuator_z_corrected_error: float = 0.0
+    actuator_x_corrected_error: float = 0.0
+    actuator_y_corrected_error: float = 0.0
+    actuator_phi_x_corrected_error: float = 0.0
+    actuator_phi_y_corrected_error: float = 0.0
+    actuator_phi_z_corrected_error: float = 0.0
+    spring_energy_corrected_error: float = 0.0
 
 
-_COLUMNS = tuple(SummaryErrors.__dataclass_fields__)
+_COLUMNS = tuple(name for name in SummaryErrors.__dataclass_fields__ if not name.startswith(OF_RIG))
 
 CORRECTED = tuple(name.removesuffix(CORRECTED_SUFFIX) for name in _COLUMNS if name.endswith(CORRECTED_SUFFIX))
-"""The values of a summary that are corrected too, in their order."""
+"""The values of a summary that are corrected too, in their order; those of a rig follow from them."""
 
 ESTIMATED = tuple(
     name.removesuffix(ERROR_SUFFIX)
     for name in _COLUMNS
     if name.endswith(ERROR_SUFFIX) and not name.endswith(CORRECTED_SUFFIX + ERROR_SUFFIX)
 )
-"""The values of a summary that have error bars, in their order."""
+"""The values of a summary that have error bars, in their order; those of a rig follow from them."""
 
 
 @dataclass(frozen=True)
@@ -224,4 +247,5 @@ def errors_of(row: Any) -> SummaryErrors | None:
     """Return the error bars in a record of the history, if it has any."""
     if _COLUMNS[0] not in row.dtype.names:
         return None
-    return SummaryErrors(*(row[name].item() for name in _COLUMNS))
+    names = [name for name in SummaryErrors.__dataclass_fields__ if name in row.dtype.names]
+    return SummaryErrors(**{name: row[name].item() for name in names})

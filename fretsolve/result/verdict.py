@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from fretsolve.case.dimensions import percent
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import ACTUATORS, COMPONENTS
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -35,13 +35,15 @@ SCALES = {
     **dict.fromkeys(("Mx", "My", "Mz"), "the largest P times the contact radius"),
     **dict.fromkeys(("delta_x", "delta_y"), "the largest tangential displacement"),
     **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
+    **dict.fromkeys(("actuator_x", "actuator_y"), "the largest tangential displacement of the actuator"),
+    **dict.fromkeys(("actuator_phi_x", "actuator_phi_y"), "the largest delta_z over the contact radius"),
     "stick_radius": "the largest contact radius",
     "work_total": "its largest value, or of a thousandth of P times delta_z if that is more",
 }
 """The scales of errors in words; any other quantity has its largest value at the ends of stages as its scale."""
 
-JUDGED_QUANTITIES = (*itertools.chain(*PAIRS), "contact_radius", "stick_radius", "max_pressure", "work_total")
-"""The columns of the history that an accuracy is about."""
+JUDGED_QUANTITIES = (*itertools.chain(*COMPONENTS), "contact_radius", "stick_radius", "max_pressure", "work_total")
+"""The columns of the history that an accuracy is about, motions of the actuator where there is a rig."""
 
 
 POINTS_ORDER, MOST_REFINED = 1.4, 4.0
@@ -190,12 +192,18 @@ def pressing_scales(history: Mapping[str, DoubleArray], rows: IndexArray | slice
     """
     pressing = ("P", "delta_z", "contact_radius")
     force, approach, radius = (float(np.nan_to_num(np.abs(history[one][rows])).max()) for one in pressing)
-    return {
+    turn = approach / radius if radius else 0.0
+    found = {
         **dict.fromkeys(("Qx", "Qy"), force),
         **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
         **dict.fromkeys(("delta_x", "delta_y"), approach),
-        **dict.fromkeys(("phi_x", "phi_y", "phi_z"), approach / radius if radius else 0.0),
+        **dict.fromkeys(("phi_x", "phi_y", "phi_z"), turn),
     }
+    if "actuator_x" in history:  # of a soft rig a tangential force next to nothing moves the actuator far
+        far = (float(np.nan_to_num(np.abs(history[one][rows])).max()) for one in ("actuator_x", "actuator_y"))
+        found |= dict.fromkeys(("actuator_x", "actuator_y"), max(approach, *far))
+        found |= dict.fromkeys((ACTUATORS[name] for name in ("phi_x", "phi_y", "phi_z")), turn)
+    return found
 
 
 def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
@@ -205,7 +213,7 @@ def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
 
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
     """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
-    largest = {name: float(np.abs(history[name][ends]).max()) for name in JUDGED_QUANTITIES}
+    largest = {name: float(np.abs(history[name][ends]).max()) for name in JUDGED_QUANTITIES if name in history}
     # In a line contact displacements may not be known, which leaves their scales 0.
     unknown = [name for name, value in largest.items() if math.isnan(value)]
     largest |= dict.fromkeys(unknown, 0.0)
@@ -213,8 +221,15 @@ def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, fl
     turn = approach / radius if radius else 0.0
     tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION_SCALE * force)
     tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION_SCALE * approach)
+    of_rig: dict[str, float] = {}
+    if "actuator_x" in history:
+        far = max(largest["actuator_x"], largest["actuator_y"], tangential_motion)
+        of_rig = dict.fromkeys(("actuator_x", "actuator_y"), far)
+        of_rig |= dict.fromkeys(("actuator_phi_x", "actuator_phi_y"), turn)
+        of_rig["actuator_phi_z"] = max(largest["actuator_phi_z"], LEAST_MOTION_SCALE * turn)
     return {
         **largest,
+        **of_rig,
         **dict.fromkeys(("Qx", "Qy"), tangential_force),
         **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
         **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),

@@ -112,6 +112,8 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
     maps = {f"height map {number}": file for number, file in enumerate(height_maps(case), start=1)}
     if case.friction.map is not None:
         maps["friction map"] = case.friction.map
+    if case.rig is not None and case.rig.compliance is not None:
+        maps["compliance of the rig"] = case.rig.compliance
     for name, file in maps.items():
         with reported("cannot be read", file):
             require_regular(file)

@@ -10,10 +10,10 @@ from typing import Literal
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import MOTIONS_OF_ACTUATORS, PAIRS
 from fretsolve.case.keys.unrolled_path import last_repetitions
 from fretsolve.errors import SlidingError
-from fretsolve.post.export.selection import relevant_columns, total_cost
+from fretsolve.post.export.selection import is_more_than_round_off, relevant_columns, total_cost
 from fretsolve.post.names import PEAK_NAMES, WORST_NAMES, fatigue_path, stress_path
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.result import Result, open_result
@@ -147,6 +147,8 @@ def _of_history(result: Result, name: str, ends: Mapping[int, int], corrected: b
     values = {stage: _at(pair, step) for stage, step in ends.items() if step < result.increments}
     as_run = name.removesuffix(CORRECTED_SUFFIX)
     round_off = {one for pair in PAIRS for one in pair}.difference(relevant_columns(result))
+    if as_run in MOTIONS_OF_ACTUATORS and not is_more_than_round_off(result, as_run):
+        round_off.add(as_run)
     peak = 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))
     return _Column(values, peak, result.units(name))
 

@@ -19,7 +19,14 @@ from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header
 from fretsolve.sweep.beginnings import beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, SideOutput, digest
-from fretsolve.sweep.quantity import CORRECTED_NAMES, ERROR_OF_WEAR, needed_key, read_quantity, usual_quantities
+from fretsolve.sweep.quantity import (
+    CORRECTED_NAMES,
+    ERROR_OF_WEAR,
+    NEEDED_KEYS,
+    needed_key,
+    read_quantity,
+    usual_quantities,
+)
 from fretsolve.sweep.sweep_file import Point, SweepSpec, Value, all_of, common_values, overrides_of, points_of
 
 SIDE_OUTPUTS: tuple[SideOutput, ...] = get_args(SideOutput)
@@ -155,7 +162,7 @@ class _Survey:
 
     file_bytes, seconds_saved (by compiling): by the name of the case; warnings: each once; usual: the quantities of the
     first case; stages: the fewest of a case; memory: the largest (bytes); have_bars: whether all have error bars;
-    beside: what all have beside their history.
+    beside: what all have beside their history, and keys of the case that give quantities.
     """
 
     rows: list[ManifestRow] = field(default_factory=list)
@@ -166,7 +173,7 @@ class _Survey:
     stages: int = sys.maxsize
     memory: float = 0.0
     have_bars: bool = True
-    beside: set[str] = field(default_factory=lambda: {*SIDE_OUTPUTS, "wear"})
+    beside: set[str] = field(default_factory=lambda: {*SIDE_OUTPUTS, *NEEDED_KEYS})
 
     def add(self, prepared: PreparedCase) -> None:
         """Gather what the next case has."""
@@ -182,7 +189,7 @@ class _Survey:
             self.usual = (*usual, *((ERROR_OF_WEAR,) if setup.case.wear is not None else ()))
         self.stages, self.memory = min(self.stages, last), max(self.memory, expected.memory)
         self.have_bars &= setup.case.solver.error_bars
-        self.beside &= {*prepared.beside, *(["wear"] if setup.case.wear is not None else [])}
+        self.beside &= {*prepared.beside, *(key for key in NEEDED_KEYS if getattr(setup.case, key) is not None)}
 
 
 def make_sweep_plan(path: Path, folder: Path) -> SweepPlan:

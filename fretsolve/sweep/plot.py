@@ -35,7 +35,13 @@ CONDITIONS: dict[str, dict[str, Any]] = {
 }
 """Marker and colour of each running condition, in the order in which they follow each other under growing shear."""
 
-AMPLITUDES = {"delta": "displacement amplitude", "phi": "rotation amplitude", "": "load amplitude"}
+AMPLITUDES = {
+    "delta": "displacement amplitude",
+    "phi": "rotation amplitude",
+    "actuator": "displacement amplitude of the actuator",
+    "actuator_phi": "rotation amplitude of the actuator",
+    "": "load amplitude",
+}
 """Amplitudes of a cycle in words, by the beginning of the component's name."""
 
 

@@ -6,13 +6,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from fretsolve.case.dimensions import NUMBER, TIME
-from fretsolve.case.history import HISTORY_DIMENSIONS, PAIRS, SHEARING
+from fretsolve.case.history import ACTUATORS, COMPONENTS, DISPLACEMENTS, HISTORY_DIMENSIONS, OF_RIG, SHEARING
 from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError
 from fretsolve.post.names import PEAK_NAMES, WORST_NAMES
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
-from fretsolve.result.layout import ERRORS, HISTORY, WEAR_HISTORY
+from fretsolve.result.cycles.rows import ACTUATOR
+from fretsolve.result.cycles.table import AT_ACTUATOR, CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
+from fretsolve.result.layout import ERRORS, HISTORY, RIG_ERRORS, RIG_HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED
 from fretsolve.sweep.manifest import index_list
 
@@ -29,20 +30,35 @@ NAMES = (
         if HISTORY_DIMENSIONS.get(column.name, NUMBER) not in (NUMBER, TIME) and column.name != "work"
     ),
     *WEAR_NAMES,
+    *OF_RIG,
 )
 """Columns that can be collected; the dissipated energy of one increment depends on how many there are."""
 
-CORRECTED_NAMES = (*(name + CORRECTED_SUFFIX for name in NAMES if name in CORRECTED), *CORRECTED_CYCLE_NAMES)
+CORRECTED_NAMES = (
+    *(name + CORRECTED_SUFFIX for name in NAMES if name in (*CORRECTED, *OF_RIG)),
+    *CORRECTED_CYCLE_NAMES,
+)
 """Columns that can be collected too, from runs with error bars."""
 
 ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)))
 """All columns that can be collected: of the history, of the table of cycles, of stresses and fatigue parameters."""
 
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *WEAR_HISTORY, *ERRORS, *CYCLES)}
+_COLUMN_UNITS |= {column.name: column.units for column in (*RIG_HISTORY, *RIG_ERRORS, *AT_ACTUATOR)}
 _COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
 
-ENERGIES = tuple(name for name in ALL_NAMES if _COLUMN_UNITS.get(name.removesuffix(CORRECTED_SUFFIX)) == "mJ")
+NAMES_OF_RIG = tuple(name for name in ALL_NAMES if name.startswith((ACTUATOR, *OF_RIG)))
+"""Columns that can be collected of cases with a rig."""
+
+ENERGIES = tuple(
+    name
+    for name in ALL_NAMES
+    if name not in NAMES_OF_RIG and _COLUMN_UNITS.get(name.removesuffix(CORRECTED_SUFFIX)) == "mJ"
+)
 """Columns of dissipated energy."""
+
+NEEDED_KEYS = {"wear": WEAR_NAMES, "rig": NAMES_OF_RIG}
+"""Keys of the case without which there are no such quantities."""
 
 LAST_STAGE = 1_000_000_000
 """Stands for the last stage where the number of stages is not known."""
@@ -98,7 +114,7 @@ def read_quantities(text: str, judged: Sequence[int], stages: int) -> tuple[Stag
 def _right_name(name: str) -> str:
     """Return which name would be right instead of one that is not known."""
     as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
-    if as_run != name and as_run in ESTIMATED and as_run in NAMES:
+    if as_run != name and as_run in (*ESTIMATED, *OF_RIG) and as_run in NAMES:
         value = name.removesuffix(ERROR_SUFFIX)
         if value != name and value in ALL_NAMES:
             return f"error bars stand beside their values; use {value}"
@@ -108,8 +124,8 @@ def _right_name(name: str) -> str:
 
 def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
-    keys = ((PEAK_NAMES, "output.stress"), (WORST_NAMES, "output.fatigue"), (WEAR_NAMES, "wear"))
-    return next((key for names, key in keys if name in names), "")
+    keys = {"output.stress": PEAK_NAMES, "output.fatigue": WORST_NAMES, **NEEDED_KEYS}
+    return next((key for key, names in keys.items() if name in names), "")
 
 
 def usual_quantities(setup: ProblemSetup, stages: Sequence[int] = ()) -> tuple[StageQuantity, ...]:
@@ -154,12 +170,14 @@ def in_order(quantities: Iterable[StageQuantity]) -> tuple[StageQuantity, ...]:
 
 
 def _moved(setup: ProblemSetup) -> list[str]:
-    """Return both components of each load pair that is moved, and what describes the contact."""
+    """Return the components of each mode that is moved, and what describes the contact."""
     moved = {name for load in setup.load_path.imposed for name, value in load.items() if value}
-    names = [name for pair in PAIRS for name in pair if moved & set(pair)]
+    gives = setup.case.rig.gives if setup.case.rig is not None else ()
+    left_out = {actuator for motion, actuator in ACTUATORS.items() if motion not in gives}
+    names = [name for one in COMPONENTS if moved & set(one) for name in one if name not in left_out]
     if setup.model.line:  # whose displacements have a free constant
-        known = "delta_z" if setup.case.reference_depth else ""
-        names = [name for name in names if name == known or not name.startswith("delta_")]
+        unknown = ("delta_y", "actuator_y") if setup.case.reference_depth else DISPLACEMENTS
+        names = [name for name in names if name not in unknown]
     names += ["max_pressure", "contact_radius"]
     if setup.model.has_shear and (moved & SHEARING or setup.model.terms.normal_tangential_coupling):
         names += ["stick_radius", "work_total"]

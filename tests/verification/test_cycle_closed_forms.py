@@ -56,6 +56,23 @@ def test_partial_slip(tmp_path: Path) -> None:
     assert 0.0 < columns["slip_amplitude"] < mindlin.delta_x
 
 
+def test_partial_slip_on_a_rig(tmp_path: Path) -> None:
+    """Certified: an actuator at 1.583748 um has 36 N on 50 kN/mm, where the loop begins with these slopes."""
+    cycle = {"amplitude": {"actuator_x": 1.583748e-3}, "times": 2, "increments": 40}
+    table = cycles(tmp_path / "out.h5", cycle, rig={"stiffness_x": 50e3})
+    columns = {name: column[-1] for name, column in table.columns.items()}
+    assert columns["force_range"] == pytest.approx(72.0, rel=2e-3)
+    assert columns["displacement_range"] == pytest.approx(2.0 * (1.583748e-3 - 36.0 / 50e3), rel=2e-3)
+    assert columns["actuator_displacement_range"] == pytest.approx(2.0 * 1.583748e-3)
+    assert columns["reversal_stiffness"] == pytest.approx(54499.01, rel=5e-3)
+    assert columns["actuator_reversal_stiffness"] == pytest.approx(26076.33, rel=5e-3)
+    # At the mean force, 0, the spring is slack, so that both loops are as wide; as high they are, too.
+    assert columns["actuator_sliding_amplitude"] == pytest.approx(columns["sliding_amplitude"], rel=1e-4)
+    shares = columns["actuator_energy_ratio"] / columns["energy_ratio"]
+    assert shares == pytest.approx(columns["displacement_range"] / columns["actuator_displacement_range"], rel=1e-12)
+    assert (table.units["actuator_sliding_amplitude"], table.units["actuator_reversal_stiffness"]) == ("mm", "N/mm")
+
+
 @pytest.mark.slow
 def test_gross_slip(tmp_path: Path) -> None:
     """Between +-2 um all slips from 2 x 1.1 um on: the energy 4 mu P (D - 4/5 d), where d is the onset."""

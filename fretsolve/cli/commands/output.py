@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from fretsolve.case.history import OF_RIG
 from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError, together
 from fretsolve.post.export import FORMATS
@@ -60,8 +61,10 @@ def _missing(name: str, result: Result) -> str:
     if name in CYCLE_NAMES:
         return f"{name} is a column of the cycles, whose table is printed below the history; leave it out"
     as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
-    if as_run != name and as_run in ESTIMATED:
-        known = name.endswith(ERROR_SUFFIX) or as_run in CORRECTED
+    if as_run in OF_RIG and as_run not in result.history:
+        return f"{name} is known with a rig alone; the case has none"
+    if as_run != name and as_run in (*ESTIMATED, *OF_RIG):
+        known = name.endswith(ERROR_SUFFIX) or as_run in (*CORRECTED, *OF_RIG)
         if known and f"{as_run}{ERROR_SUFFIX}" not in result.history:
             return f"{name} is not there, since the case ran without error bars; run it with --error-bars"
         right = f"{as_run}{ERROR_SUFFIX}" if name.endswith(ERROR_SUFFIX) else as_run

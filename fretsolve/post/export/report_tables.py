@@ -22,8 +22,15 @@ if TYPE_CHECKING:
 NEXT_TO_NOTHING = 1e-3
 """Value over the one that goes with it, below which error bars have not been compared with true errors."""
 
-SCALE_WORDS = {"Q": "P", "M": "P times the contact radius", "d": "delta_z", "p": "delta_z over the radius"}
-"""The scales of such values in words, by the first letters of their names."""
+SCALE_WORDS = {
+    "Q": "P",
+    "M": "P times the contact radius",
+    "d": "delta_z",
+    "p": "delta_z over the radius",
+    "actuator_p": "delta_z over the radius",
+    "actuator_": "delta_z or the actuator's largest displacement",
+}
+"""The scales of such values in words, by the beginnings of their names."""
 
 MARK = "*"
 """Stands before the name of such a value."""
@@ -71,7 +78,7 @@ def _tiny_values(result: Result) -> dict[str, str]:
     history = result.history
     scales = pressing_scales(history)
     return {
-        name: SCALE_WORDS[name[0]]
+        name: next(words for beginning, words in SCALE_WORDS.items() if name.startswith(beginning))
         for name in _names(result)
         if name in scales
         and abs(history[name][-1]) < NEXT_TO_NOTHING * scales[name]
@@ -107,6 +114,11 @@ HEADINGS = {
     "reversal_stiffness": ("reversal", "stiffness"),
     "force_drift": ("force", "drift"),
     "displacement_drift": ("displacement", "drift"),
+    "actuator_energy_ratio": ("energy ratio", "at actuator"),
+    "actuator_sliding_ratio": ("sliding ratio", "at actuator"),
+    "actuator_sliding_amplitude": ("sliding amplitude", "at actuator"),
+    "actuator_reversal_stiffness": ("reversal stiffness", "at actuator"),
+    "actuator_displacement_drift": ("displacement drift", "at actuator"),
 }
 
 

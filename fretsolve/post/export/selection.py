@@ -7,7 +7,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from fretsolve.case.dimensions import smaller_unit
-from fretsolve.case.history import BULK, CORRECTED_SUFFIX, DISPLACEMENTS, ERROR_SUFFIX, EXTENTS, FEWEST_SPOT_CELLS
+from fretsolve.case.history import (
+    ACTUATORS,
+    BULK,
+    CORRECTED_SUFFIX,
+    DISPLACEMENTS,
+    ERROR_SUFFIX,
+    EXTENTS,
+    FEWEST_SPOT_CELLS,
+    MOTIONS_OF_ACTUATORS,
+)
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -17,6 +26,9 @@ NOT_ROUND = 0.1
 
 LINE_SLOPE = 1e-3
 """Stands for the approach over the contact radius in a line contact, where it has a free constant."""
+
+ACTUATORS_IN_TABLES = tuple(ACTUATORS[name] for name in ("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"))
+"""Motions of the actuator in the order of the motions of the contact."""
 
 RESIDUALS = {
     "residual_gap": "gap",
@@ -73,12 +85,14 @@ def rows_of_stick_zones(history: Mapping[str, DoubleArray]) -> IndexArray:
 def relevant_columns(result: Result) -> list[str]:
     """Return the names of the columns above round-off; `P` and `delta_z` always, unless unknown.
 
-    Widths of a zone that is a circle are left out, as its radius tells them, and so are middles at the origin.
+    Widths of a zone that is a circle are left out, as its radius tells them, and so are middles at the origin, and
+    motions of the actuator where the rig does not give.
     """
     names = (
         *("P", "Mx", "My", "Qx", "Qy", "Mz", *BULK[1], *BULK[2]),
-        *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z"),
-        *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total", "spots"),
+        *("delta_z", "delta_x", "delta_y", "phi_x", "phi_y", "phi_z", *ACTUATORS_IN_TABLES),
+        *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "max_shear", "work_total", "spring_energy"),
+        "spots",
         *("cycles", "jump", "wear_volume", "wear_error", "wear_depth_max"),
     )
     return [name for name in names if name in result.history and _is_relevant(result, name)]
@@ -94,7 +108,14 @@ def _is_relevant(result: Result, name: str) -> bool:
         return bool(column.max(initial=0) > 1)
     if name in ("P", "delta_z"):
         return not np.isnan(column).all()
-    return bool(np.abs(column).max(initial=0.0) > round_off(result, name))
+    if name in MOTIONS_OF_ACTUATORS and np.array_equal(column, result.history[MOTIONS_OF_ACTUATORS[name]]):
+        return False
+    return is_more_than_round_off(result, name)
+
+
+def is_more_than_round_off(result: Result, name: str) -> bool:
+    """Return whether a column of the history is above `round_off` somewhere."""
+    return bool(np.abs(result.history[name]).max(initial=0.0) > round_off(result, name))
 
 
 def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:
@@ -123,9 +144,13 @@ def round_off(result: Result, name: str) -> float:
     )
     scales = dict.fromkeys(("Qx", "Qy"), force) | dict.fromkeys(("Mx", "My", "Mz"), force * radius)
     scales |= dict.fromkeys(("delta_x", "delta_y"), max(approach, 1e3 * max(shift_x, shift_y)))
+    if "actuator_x" in result.history:
+        far = max(float(np.nan_to_num(np.abs(result.history[column]).max())) for column in ("actuator_x", "actuator_y"))
+        scales |= dict.fromkeys(("actuator_x", "actuator_y"), max(approach, 1e3 * far))
     scales |= dict.fromkeys((name for name in EXTENTS if "_center_" in name), 1e3 * radius)
     turn = LINE_SLOPE * radius if np.isnan(result.history["delta_z"]).all() else approach
-    scales |= dict.fromkeys(("phi_x", "phi_y", "phi_z"), turn / radius if radius else 0.0)
+    turns = ("phi_x", "phi_y", "phi_z")
+    scales |= dict.fromkeys((*turns, *(ACTUATORS[name] for name in turns)), turn / radius if radius else 0.0)
     return 1e-8 * scales.get(name, 0.0)
 
 

@@ -15,11 +15,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from fretsolve.case.dimensions import smaller_unit
-from fretsolve.case.history import BULK, PAIRS
+from fretsolve.case.history import BULK, COMPONENTS
 from fretsolve.post.plots.canvas import panel_height
 from fretsolve.post.plots.snapshot import VECTORS
 from fretsolve.result import Result
-from fretsolve.result.layout import HISTORY
+from fretsolve.result.layout import HISTORY, RIG_HISTORY
 from fretsolve.system.arrays import DoubleArray
 
 FIELD_NAMES = {
@@ -49,9 +49,9 @@ CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
-_GREEK = {"delta": r"\delta", "phi": r"\varphi"}
-_COMPONENTS = {name for names in (*PAIRS, *BULK.values()) for name in names}
-_LONG_NAMES = {quantity.name: quantity.long_name for quantity in HISTORY}
+_LETTERS = {"delta": r"\delta", "phi": r"\varphi", "actuator": "D", "actuator_phi": r"\Phi"}
+_COMPONENTS = {name for names in (*COMPONENTS, *BULK.values()) for name in names}
+_LONG_NAMES = {quantity.name: quantity.long_name for quantity in (*HISTORY, *RIG_HISTORY)}
 _SHORT_NAMES = {
     "Mx": r"moment $\int y\,p\,dA$ =",
     "My": r"moment $\int x\,p\,dA$ =",
@@ -60,6 +60,8 @@ _SHORT_NAMES = {
     "work_total": "dissipated energy",
     "friction": "coefficient of friction",
     "dissipated_energy": "energy dissipated in a cycle",
+    **{f"stiffness_{axis}": f"stiffness of the rig along {axis}" for axis in "xyz"},
+    **{f"stiffness_phi_{axis}": f"stiffness of the rig against turns about {axis}" for axis in "xyz"},
     **{name: f"bulk stress {name[-2:]} in body {body}" for body, names in BULK.items() for name in names},
 }
 """Names that fit on an axis, of columns whose meaning is told at length."""
@@ -150,7 +152,7 @@ def symbol(name: str) -> str:
         _, body, part = name.split("_")
         return rf"$\sigma_{{{part},{body}}}$"
     stem, axis = name.rstrip("xyz").rstrip("_"), name[1:][-1:]
-    return f"${_GREEK.get(stem, stem)}" + (f"_{axis}$" if axis else "$")
+    return f"${_LETTERS.get(stem, stem)}" + (f"_{axis}$" if axis else "$")
 
 
 def increment_ticks() -> MaxNLocator:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.history import BULK, PAIRS
+from fretsolve.case.history import BULK, COMPONENTS, PAIRS
 from fretsolve.post.export.selection import first_and_last, relevant_columns
 from fretsolve.post.plots.labels import short_number, symbol, unit_of
 from fretsolve.post.plots.snapshot import require_increments
@@ -29,9 +29,13 @@ class MovedLoad:
 
 @dataclass(frozen=True)
 class MovedPair(MovedLoad):
-    """A force and its displacement; a stage may move either or neither of them."""
+    """A force and its displacement; a stage may move either or neither of them.
+
+    actuator: the displacement of the actuator where a rig gives, or empty.
+    """
 
     motion: str
+    actuator: str = ""
 
 
 @dataclass(frozen=True)
@@ -64,12 +68,13 @@ def moved_pairs(result: Result) -> list[MovedPair]:
     stages = case.stages() if case is not None else ()
     relevant = set(relevant_columns(result))
     found = []
-    for force, motion in (*PAIRS[3:], *PAIRS[:3]):
-        driven = {stage.number: name for stage in stages for name, _ in stage.targets if name in (force, motion)}
+    for names in (*COMPONENTS[3:], *COMPONENTS[:3]):
+        force, motion, actuator = names
+        driven = {stage.number: name for stage in stages for name, _ in stage.targets if name in names}
         if case is None:
             driven = dict.fromkeys(result.history["stage"].tolist(), force)
-        if driven and relevant & {force, motion}:
-            found.append(MovedPair(force, driven, motion))
+        if driven and relevant.intersection(names):
+            found.append(MovedPair(force, driven, motion, actuator if actuator in relevant else ""))
     return found
 
 

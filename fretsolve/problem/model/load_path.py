@@ -232,6 +232,11 @@ class LoadPath:
         within = step < self.increments
         return next(planned for planned in reversed(self._planned) if planned.first <= step) if within else None
 
+    def imposed_at(self, step: int) -> frozenset[str]:
+        """Return the names of what is imposed at a step of the path."""
+        planned = self._planned_at(step)
+        return frozenset(planned.after if planned is not None else ())
+
     def imposed_in_stages(self) -> Iterator[tuple[dict[str, float], dict[str, float], list[float]]]:
         """Yield for each stage what is imposed before it and at its end, and the share that each increment ends at.
 

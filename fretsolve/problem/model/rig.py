@@ -19,7 +19,7 @@ from fretsolve.case.models import Case
 from fretsolve.errors import FileError
 from fretsolve.system.arrays import DoubleArray, Vector
 
-LOADS, MOTIONS = zip(*PAIRS, strict=True)
+RESULTANTS, MOTIONS = zip(*PAIRS, strict=True)
 
 COLUMNS = ("Qx", "Qy", "P", "Mx", "My", "Mz")
 """The order of the columns in a file, and of the rows of their motions, where the file does not name them."""
@@ -43,6 +43,16 @@ class Rig:
     def energy(self, resultants: Vector) -> float:
         """Return the energy in the rig (mJ)."""
         return float(0.5 * resultants @ self.compliance @ resultants)
+
+    def errors(self, resultants: Vector, of_motions: Vector, of_resultants: Vector) -> dict[str, float]:
+        """Return the largest errors of the motions of the actuator, and of the energy, by their names.
+
+        of_motions, of_resultants: errors of the contact's motions and of the resultants, each ``(6,)``.
+        """
+        size = np.abs(self.compliance)
+        found = of_motions + size @ of_resultants
+        energy = np.abs(self.compliance @ resultants) @ of_resultants + 0.5 * of_resultants @ size @ of_resultants
+        return dict(zip(ACTUATORS.values(), found.tolist(), strict=True)) | {"spring_energy": float(energy)}
 
 
 def driver(rig: Rig | None, motion: str) -> str:
@@ -81,13 +91,13 @@ def _matrix_in(file: Path) -> DoubleArray:
     rows = [(number, [part for part in re.split(r"[,;\s]+", line) if part]) for number, line in lines if line]
     names = [part.split("(")[0] for part in rows[0][1]] if rows else []
     columns: tuple[str, ...] = COLUMNS
-    if set(LOADS) <= set(names):
-        columns, rows = tuple(name for name in names if name in LOADS), rows[1:]
+    if set(RESULTANTS) <= set(names):
+        columns, rows = tuple(name for name in names if name in RESULTANTS), rows[1:]
     motion_of = dict(PAIRS)
     motions = tuple(motion_of[name] for name in columns)
     if rows and all(parts[0] in MOTIONS for _, parts in rows):
         motions, rows = tuple(parts[0] for _, parts in rows), [(number, parts[1:]) for number, parts in rows]
-    if len(rows) != 6 or sorted(motions) != sorted(MOTIONS) or sorted(columns) != sorted(LOADS):
+    if len(rows) != 6 or sorted(motions) != sorted(MOTIONS) or sorted(columns) != sorted(RESULTANTS):
         raise ValueError(f"it has {len(rows)} rows; 6 rows of 6 numbers, one per motion, are needed")
     values = np.empty((6, 6))
     for row, (number, parts) in enumerate(rows):
@@ -95,7 +105,7 @@ def _matrix_in(file: Path) -> DoubleArray:
             raise ValueError(f"line {number} has {len(parts)} numbers; 6 are needed, with a point for decimals")
         for column, part in enumerate(parts):
             values[row, column] = _number(part, number)
-    rows_of, columns_of = [motions.index(name) for name in MOTIONS], [columns.index(name) for name in LOADS]
+    rows_of, columns_of = [motions.index(name) for name in MOTIONS], [columns.index(name) for name in RESULTANTS]
     ordered: DoubleArray = values[np.ix_(rows_of, columns_of)]
     return ordered
 
@@ -118,15 +128,17 @@ def _symmetric(matrix: DoubleArray) -> DoubleArray:
     diagonal = matrix.diagonal()
     if (diagonal < 0.0).any():
         mode = int(diagonal.argmin())
-        raise ValueError(f"the compliance of {MOTIONS[mode]} under {LOADS[mode]} is {diagonal[mode]:g}; it is below 0")
+        raise ValueError(
+            f"the compliance of {MOTIONS[mode]} under {RESULTANTS[mode]} is {diagonal[mode]:g}; it is below 0"
+        )
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     scaled = matrix / np.outer(size, size)
     apart = np.abs(scaled - scaled.T)
     row, column = np.unravel_index(int(apart.argmax()), (6, 6))
     if apart[row, column] > ROUNDING:
         raise ValueError(
-            f"it is not symmetric: {MOTIONS[row]} under {LOADS[column]} is {matrix[row, column]:g}, but"
-            f" {MOTIONS[column]} under {LOADS[row]} is {matrix[column, row]:g}"
+            f"it is not symmetric: {MOTIONS[row]} under {RESULTANTS[column]} is {matrix[row, column]:g}, but"
+            f" {MOTIONS[column]} under {RESULTANTS[row]} is {matrix[column, row]:g}"
         )
     scaled = 0.5 * (scaled + scaled.T)
     least = float(np.linalg.eigvalsh(scaled)[0])

@@ -44,8 +44,8 @@ class WornCycle:
     Hertz's contact of the sphere; coefficient: worn volume per dissipated energy (mm^3/mJ); amplitude: of the force (N)
     or of the displacement (mm), about mean; forced: whether of the force; load_kept: whether P is imposed,
     else the approach is; coupled: whether pressure and shear change each other, or a layer shears between the bodies,
-    which no closed form of a worn limit includes; on_rig: whether a rig takes a part of the motion, which changes as the
-    contact wears.
+    which no closed form of a worn limit includes; on_rig: whether a rig takes a part of the motion, which changes as
+    the contact wears.
     """
 
     key: KeyPath

@@ -3,7 +3,8 @@
 A bar is the root of the squares of four errors: of the cells, as coarse runs on half and on a third of the points per
 side show it by Richardson's extrapolation of first order; a least one for what all grids hide (`floors`); of the
 increments, as other ones change the values on the coarsest grid; of the iteration, by the certificate. The change by
-the increments is added to the run's values, which gives the corrected ones. docs/error_bars.md has the outcome of
+the increments is added to the run's values, which gives the corrected ones. What belongs to a rig follows from motions
+of the contact and loads, and has the sum of their errors. docs/error_bars.md has the outcome of
 ``benchmarks/calibrate_error_bars.py``.
 """
 
@@ -16,12 +17,13 @@ from itertools import accumulate
 
 import numpy as np
 
-from fretsolve.case.history import BULK, EXTENTS, PAIRS, TANGENTIAL
+from fretsolve.case.history import ACTUATORS, BULK, EXTENTS, TANGENTIAL
 from fretsolve.case.models import Case, too_few_points
 from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.model.rig import MOTIONS, RESULTANTS, Rig
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.state import ESTIMATED, State, Summary, SummaryErrors
+from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.simulation.error_bars.coarse_runs import (
     CORRECTABLE,
     TOTAL,
@@ -55,6 +57,10 @@ MOVED = np.array([name in TANGENTIAL for name in ESTIMATED])
 REMEMBERED = MOVED | np.isin(ESTIMATED, ("Mx", "My", "work_total"))
 """Places in `ESTIMATED`: of tangential loads and motions, and of all values to which slip adds in each increment. Their
 error at a reversal stays, even if later increments hide it by chance."""
+
+
+OF_LOADS, OF_MOTIONS = ([ESTIMATED.index(name) for name in names] for names in (RESULTANTS, MOTIONS))
+IN_RIG = frozenset(ACTUATORS.values())
 
 
 def frictions_of(setup: ProblemSetup) -> list[float]:
@@ -143,12 +149,29 @@ class ErrorBars:
             np.hypot(np.linalg.norm([*parts[:2], *(left * parts[2:])], axis=0), iteration) for left in (1.0, LEFT)
         )
         self._follow(self._path.after(self._summaries))
+        rig = self._setup.model.rig
         return SummaryErrors(
             *errors.tolist(),
             *(values + change)[CORRECTABLE].tolist(),
             *corrected[CORRECTABLE].tolist(),
             *(self.runs.cost() - cost_before).tolist(),
+            **({} if rig is None else self._of_rig(rig, values + change, errors, corrected)),
         )
+
+    def _of_rig(
+        self, rig: Rig, values: DoubleArray, errors: DoubleArray, errors_of_values: DoubleArray
+    ) -> dict[str, float]:
+        """Return the columns of the rig; values: corrected; errors: of the values as run, and of the corrected ones."""
+        summary = self._summaries[-1]
+        as_run = np.array([getattr(summary, name) for name in RESULTANTS])
+        held = {name: getattr(summary, name) for name in IN_RIG & self._path.imposed_at(summary.step)}
+        motions, loads = values[OF_MOTIONS], values[OF_LOADS]
+        found = rig.actuator(motions, loads) | held | {"spring_energy": rig.energy(loads)}
+        columns = {name + CORRECTED_SUFFIX: value for name, value in found.items()}
+        for suffix, forces, bars in (("", as_run, errors), (CORRECTED_SUFFIX, loads, errors_of_values)):
+            its = rig.errors(forces, bars[OF_MOTIONS], bars[OF_LOADS]) | dict.fromkeys(held, 0.0)
+            columns |= {name + suffix + ERROR_SUFFIX: value for name, value in its.items()}
+        return columns
 
     def _add(self, summary: Summary) -> None:
         self._summaries.append(summary)
@@ -171,9 +194,11 @@ class ErrorBars:
             self._path = path
 
     def _imposed(self, step: int) -> BoolArray:
-        increment = self._path.increment(step, self._summaries)
-        forced = (*increment.normal.forced, *increment.tangential.forced)
-        names = {pair[0] if force else pair[1] for pair, force in zip(PAIRS, forced, strict=True)}
+        """Return which values are imposed: neither load nor motion where the actuator is, unless the rig is rigid."""
+        names, rig = set(self._path.imposed_at(step)), self._setup.model.rig
+        if rig is not None:
+            rigid = zip(ACTUATORS.items(), rig.compliance, strict=True)
+            names |= {motion for (motion, actuator), row in rigid if actuator in names and not row.any()}
         return np.array([name in names for name in ESTIMATED])
 
     def _by_cells(self, step: int) -> DoubleArray:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fretsolve.case.history import PAIRS
+from fretsolve.case.history import COMPONENTS
 from fretsolve.sweep.manifest import OF_A_CASE, require_own_names
 from fretsolve.sweep.outcome import CaseOutcome
 from fretsolve.sweep.plan import PreparedCase
@@ -112,7 +112,7 @@ def assess(plan: StudyPlan, outcomes: Sequence[CaseOutcome]) -> Assessment:
     peaks = np.max([one.peaks for one in outcomes], axis=0) if finest.failure else finest.peaks
     # An error is relative to the value there, or to the largest on the path if the quantity goes through 0, or is 0.
     # Components of the load other than the normal one, and middles of the zones, go through 0.
-    signed = {*(name for pair in PAIRS[1:] for name in pair), *(name for name in NAMES if "_center_" in name)}
+    signed = {*(name for names in COMPONENTS[1:] for name in names), *(name for name in NAMES if "_center_" in name)}
     signs = np.array([one.name in signed for one in quantities])
     scales = np.where(signs | (np.abs(reference) <= ROUNDING * peaks), peaks, np.abs(reference))
     kept = np.flatnonzero((peaks > 0.0) & (np.isfinite(reference) | bool(finest.failure))).tolist()

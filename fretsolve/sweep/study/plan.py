@@ -17,7 +17,7 @@ from fretsolve.sweep.manifest import Manifest
 from fretsolve.sweep.plan import SIDE_OUTPUTS, BaseCase, PreparedCase
 from fretsolve.sweep.quantity import (
     CORRECTED_NAMES,
-    WEAR_NAMES,
+    NEEDED_KEYS,
     StageQuantity,
     expected_values,
     in_order,
@@ -179,7 +179,7 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
             " settings of the solver, or leave --truth out"
         )
         raise CaseError(message, (), f"--vary {changing[0][0]}")
-    needed = {needed_key(one.partition("@")[0].strip()) for one in quantities} - {"", "wear"}
+    needed = {needed_key(one.partition("@")[0].strip()) for one in quantities} - {"", *NEEDED_KEYS}
     base = _base(request, needed)
     cases = list(base.prepare_all(crossed(points_along(*axis) for axis in axes), folder))
     for key in sorted(needed):
@@ -315,8 +315,8 @@ def _require_known(
     """Raise CaseError unless the runs have what `text` names, and the reference has at least one value of `text`."""
     name = named[0].name
     message = ""
-    if name in WEAR_NAMES and setup.case.wear is None:
-        message = "it is known with wear alone; wear in the case is needed"
+    if (key := needed_key(name)) in NEEDED_KEYS and getattr(setup.case, key) is None:
+        message = f"it is known with {key} alone; {key} in the case is needed"
     elif name in CORRECTED_NAMES:
         as_run = name.removesuffix(CORRECTED_SUFFIX)
         message = f"corrected values are compared with --corrected; give it, and --quantity {as_run}"

@@ -22,6 +22,9 @@ from fretsolve.result.cycles.loops import (
 from fretsolve.result.cycles.table import cycle_table
 
 BODIES = ["rigid", {"young_modulus": 200e3, "poisson_ratio": 0.3}]
+MOTIONS = ("delta_z", "phi_x", "phi_y", "delta_x", "delta_y", "phi_z")
+RIG = tuple(f"actuator_{name.removeprefix('delta_')}" for name in MOTIONS)
+UNMOVED = ("Qx", "delta_x")
 LIMIT, ONSET = 40.0, 1.1e-3
 """Friction limit (N), and displacement (mm) at which all slips: the displacement under Q is d (1 - (1 - Q/mu P)^(2/3)),
 its slope at Q = 0 is 2 d/(3 mu P)."""
@@ -239,6 +242,60 @@ def test_the_printed_table_has_them_only_where_they_differ() -> None:
     energies = [cycle_columns(other, corrected=one)[2] for one in (False, True)]
     assert [energy[:3] for energy in energies] == [("dissipated", "energy", "mJ")] * 2
     assert float(energies[1][3]) == pytest.approx(1.1 * float(energies[0][3]), rel=1e-3)
+
+
+def on_a_rig(history: dict[str, np.ndarray], stiffness: float) -> dict[str, np.ndarray]:
+    """A history with the motions of an actuator behind a spring along x."""
+    same = {f"actuator_{name.removeprefix('delta_')}": history[name] for name in MOTIONS}
+    return history | same | {"actuator_x": history["delta_x"] + history["Qx"] / stiffness}
+
+
+@pytest.mark.parametrize("moved", ["Qx", "actuator_x"])
+def test_columns_at_the_actuator_are_those_of_its_loop(moved: str) -> None:
+    """At the border of gross slip a fifth of the contact's box is dissipated; a spring makes the box wider."""
+    stiffness, contact, found = 50e3, 2.0 * ONSET, table_of(loop(LIMIT, 200), {"amplitude": {"Qx": LIMIT}, "times": 1})
+    width = contact + 2.0 * LIMIT / stiffness
+    cycle = {"amplitude": {moved: LIMIT if moved == "Qx" else 0.5 * width}, "times": 1, "increments": 400}
+    case = case_of(cycle, rig={"stiffness_x": stiffness})
+    table = cycle_table(on_a_rig(loop(LIMIT, 200), stiffness), case, lambda step: None, ended=True)
+    row = {name: float(column[0]) for name, column in table.columns.items()}
+    assert row["actuator_displacement_range"] == pytest.approx(width)
+    assert row["actuator_energy_ratio"] == pytest.approx(0.2 * contact / width, rel=2e-3)
+    assert row["actuator_sliding_amplitude"] == pytest.approx(row["sliding_amplitude"], rel=1e-12)
+    assert row["actuator_sliding_ratio"] == pytest.approx((2.0 * 0.5 ** (2.0 / 3.0) - 1.0) * contact / width, rel=1e-4)
+    at_contact = 1.5 * LIMIT / ONSET
+    assert row["actuator_reversal_stiffness"] == pytest.approx(1.0 / (1.0 / at_contact + 1.0 / stiffness), rel=1e-3)
+    assert row["actuator_displacement_drift"] == pytest.approx(0.0, abs=1e-12)
+    assert table.meanings["actuator_energy_ratio"].endswith("range, at the actuator")
+    for name in found.columns:
+        np.testing.assert_array_equal(found.columns[name], table.columns[name])
+
+
+def test_a_turned_actuator_has_units_of_moments() -> None:
+    """A torque of 40 N mm at 1.1e-3 rad, on a spring that turns by 4e-4 rad."""
+    history = loop(LIMIT, 20)
+    history |= {"Mz": history["Qx"], "phi_z": history["delta_x"]} | dict.fromkeys(UNMOVED, 0.0 * LIMIT * history["P"])
+    history = on_a_rig(history, 1.0) | {"actuator_phi_z": history["phi_z"] + history["Mz"] / 1e5}
+    cycle = {"amplitude": {"actuator_phi_z": 1.5e-3}, "times": 1, "increments": 40}
+    case = case_of(cycle, rig={"stiffness_phi_z": 1e5})
+    table = cycle_table(history, case, lambda step: None, ended=True)
+    assert table.columns["actuator_displacement_range"][0] == pytest.approx(2.0 * (ONSET + LIMIT / 1e5))
+    names = ("actuator_sliding_amplitude", "actuator_reversal_stiffness", "actuator_energy_ratio")
+    assert [table.units[name] for name in names] == ["rad", "N mm/rad", "1"]
+
+
+def test_bars_at_the_actuator_follow_those_of_its_motion() -> None:
+    """The width at the mean force is the contact's, and so is its error; the ratio to the range has the actuator's."""
+    history = on_a_rig(loop(LIMIT, 200), 50e3)
+    history |= {f"{name}_error": np.zeros(len(history["P"])) for name in (*CHANGE_COLUMNS[1:], *RIG)}
+    history |= {"actuator_x_error": np.full(len(history["P"]), 1e-5)}
+    case = case_of({"amplitude": {"actuator_x": 1.9e-3}, "times": 1, "increments": 400}, rig={"stiffness_x": 50e3})
+    table = cycle_table(history, case, lambda step: None, ended=True)
+    row = {name: float(column[0]) for name, column in table.columns.items()}
+    assert row["displacement_range_error"] < 1e-12 < row["actuator_displacement_range_error"]
+    assert row["actuator_displacement_range_error"] == pytest.approx(math.sqrt(2.0) * 1e-5, rel=1e-6)
+    relative = math.sqrt(2.0) * 1e-5 / row["actuator_displacement_range"]
+    assert row["actuator_energy_ratio_error"] == pytest.approx(relative * row["actuator_energy_ratio"], rel=1e-6)
 
 
 def energies_of(series: list[float]) -> tuple[dict[str, np.ndarray], list[CycleSteps]]:

@@ -12,6 +12,7 @@ from fretsolve.result.layout import (
     DERIVED_FIELDS,
     FIELDS,
     HISTORY,
+    RIG_HISTORY,
     SPOT_HISTORY,
     STEP,
     WEAR_HISTORY,
@@ -22,7 +23,7 @@ from fretsolve.result.state import Fields, Summary
 
 
 def test_history_has_the_columns_of_a_summary_in_order() -> None:
-    columns = (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY)
+    columns = (STEP, *HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *RIG_HISTORY)
     assert [column.name for column in columns] == [field.name for field in fields(Summary)]
     counts = {"step", "stage", "contact_cells", "stick_cells", "alternations", "operator_applications"}
     counts |= {"iterations_normal", "iterations_tangential", "spots", "small_spots"}
@@ -40,7 +41,7 @@ def test_all_arrays_of_a_state_can_be_stored() -> None:
 
 @pytest.mark.parametrize(
     "quantity",
-    [*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *FIELDS, *DERIVED_FIELDS, X],
+    [*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *RIG_HISTORY, *FIELDS, *DERIVED_FIELDS, X],
     ids=lambda quantity: quantity.name,
 )
 def test_units_are_understood(quantity: object) -> None:

@@ -21,7 +21,7 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
-from fretsolve.result.layout import ERRORS, HISTORY
+from fretsolve.result.layout import ERRORS, HISTORY, RIG_ERRORS
 from fretsolve.result.state import ESTIMATED, State, SummaryErrors
 from fretsolve.simulation.error_bars import coarse_runs
 from fretsolve.simulation.error_bars.coarse_runs import coarser
@@ -43,7 +43,7 @@ def test_every_estimated_value_is_one_of_the_history() -> None:
     for quantity in ERRORS[: len(ESTIMATED)]:
         assert quantity.units == names[quantity.name.removesuffix("_error")].units
         assert quantity.long_name.startswith("estimated error of ")
-    assert [quantity.name for quantity in ERRORS] == list(SummaryErrors.__dataclass_fields__)
+    assert [quantity.name for quantity in (*ERRORS, *RIG_ERRORS)] == list(SummaryErrors.__dataclass_fields__)
 
 
 def test_bars_hold_the_errors_of_half_widths_and_middles() -> None:

@@ -24,6 +24,10 @@ SWEEP = "case: case.yaml\naxes:\n  - stage.1.P: [400 N, 410 N]\n  - stage.3.Qx: 
 """Two groups of three cases that share two of three stages."""
 
 
+ON_A_RIG = CASE.replace("Qx: 20 N", "actuator_x: 1 um").replace("Qx: -20 N", "actuator_x: -1 um")
+ON_A_RIG += "rig: {stiffness_x: 50 kN/mm}\n"
+
+
 class StopAfter:
     """Asks to stop after so many increments."""
 
@@ -93,6 +97,17 @@ def test_a_case_with_more_columns_shares_none_of_its_beginnings_with_others(tmp_
     assert histories[1]["bulk_2_xx"][-1] == 20.0
 
 
+def test_a_case_with_a_rig_goes_on_from_what_it_shares(tmp_path: Path, solved: list[int]) -> None:
+    sweep = "case: case.yaml\naxes:\n  - stage.3.actuator_x: [-1 um, 0.5 um]\n"
+    manifest = plan_of(tmp_path, sweep, ON_A_RIG)
+    run_all(manifest)
+    assert solved == [*range(7), 5, 6]
+    assert assert_as_serial(manifest.folder, tmp_path / "case.yaml") == 2
+    for row, end in zip(manifest.rows, (-1e-3, 0.5e-3), strict=True):
+        with open_result(manifest.result(row)) as result:
+            assert result.history["actuator_x"][[4, 6]] == pytest.approx([1e-3, end], rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("sweep", "case"),
     [
@@ -100,6 +115,7 @@ def test_a_case_with_more_columns_shares_none_of_its_beginnings_with_others(tmp_
         ("case: case.yaml\naxes:\n  - solver.tolerance: [1e-6, 1e-7]\n", CASE),
         ("case: case.yaml\naxes:\n  - grid.points: [16, 17]\n", CASE),
         ("case: case.yaml\nerror_bars: true\naxes:\n  - stage.3.Qx: [1 N, 2 N]\n", CASE),
+        ("case: case.yaml\naxes:\n  - rig.stiffness_x: [20 kN/mm, 50 kN/mm]\n", ON_A_RIG),
         # Only with the third stage in the path is there any shear.
         ("case: case.yaml\naxes:\n  - stage.2.Qx: [0 N, 10 N]\n", case_of("{P: 400 N}, {Qx: 10 N}")),
     ],

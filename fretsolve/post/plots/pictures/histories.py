@@ -26,7 +26,9 @@ from fretsolve.post.plots.labels import (
     line_colors,
     marker_spacing,
     marks,
+    physical_name,
     readable,
+    symbol,
     unit_of,
 )
 from fretsolve.post.plots.load_history import LoadCycle, MovedLoad, MovedPair, cycles, moved_bulk, moved_pairs
@@ -35,6 +37,9 @@ from fretsolve.post.plots.snapshot import require_increments
 from fretsolve.result import Result
 from fretsolve.result.state import stage_ends
 from fretsolve.system.arrays import DoubleArray
+
+AT_ACTUATOR: dict[str, Any] = {"color": "#d95f02", "linestyle": "-", "linewidth": 1.0, "zorder": 1.8}
+"""Options of the line of a loop over the motion of the actuator."""
 
 COUNTS = {
     "iterations_normal": "normal iterations",
@@ -48,7 +53,8 @@ def loop(result: Result, ax: Target = None) -> Figure:
 
     The area of closed cycles is shaded and labelled with the energy that all loads dissipate in the cycle, except where
     bulk stress moves: its work is no part of the area. Error bars are drawn if the history has columns
-    ``<name>_error``. Raises PictureError.
+    ``<name>_error``. Where a rig gives, the loop over the motion of the actuator is drawn, too: it has the same area.
+    Raises PictureError.
     """
     require_increments(result)
     moved = moved_pairs(result)
@@ -121,10 +127,13 @@ def convergence(result: Result, ax: Target = None) -> Figure:
 
 
 def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> None:
-    x_unit, y_unit = unit_of(result, pair.motion), unit_of(result, pair.force)
+    farthest = max(pair.motion, pair.actuator or pair.motion, key=lambda name: np.abs(result.history[name]).max())
+    x_unit, y_unit = unit_of(result, farthest), unit_of(result, pair.force)
     x, y = result.history[pair.motion] * x_unit.factor, result.history[pair.force] * y_unit.factor
     found = cycles(result, pair)
-    _draw_cycles(axes, found, x, y)
+    if pair.actuator:
+        axes.plot(result.history[pair.actuator] * x_unit.factor, y, label="at the actuator", **AT_ACTUATOR)
+    _draw_cycles(axes, found, x, y, ", at the contact" if pair.actuator else "")
     closed = [cycle for cycle in found if cycle.closed and not _bulk_moves(result)]
     for cycle in closed if len(closed) <= 2 else closed[-1:]:
         color = marks(len(found))[cycle.number].color
@@ -142,7 +151,10 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     if curve is not None:
         x, y = curve[0] * x_unit.factor, curve[1] * y_unit.factor
         axes.plot(x, y, label="Hertz (closed form)", **CLOSED_FORM)
-    axes.set(xlabel=axis_label(pair.motion, x_unit), ylabel=axis_label(pair.force, y_unit))
+    xlabel = axis_label(pair.motion, x_unit)
+    if pair.actuator:
+        xlabel = f"{physical_name(pair.motion)}, {symbol(pair.actuator)} ({x_unit.text})"
+    axes.set(xlabel=xlabel, ylabel=axis_label(pair.force, y_unit))
     _show_origin(axes, result)
     _tell_apart(drawn, axes, found)
 
@@ -186,11 +198,12 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
     _tell_apart(drawn, axes, found)
 
 
-def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray) -> None:
+def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray, where: str = "") -> None:
     for cycle, mark in zip(found, marks(len(found)), strict=True):
         count = len(x[cycle.steps])
         every = marker_spacing(count, MOST_INCREMENTS)
-        label = cycle.name if every == 1 or not mark.marker else f"{cycle.name}, one in {every} increments marked"
+        name = cycle.name + where
+        label = name if every == 1 or not mark.marker else f"{name}, one in {every} increments marked"
         axes.plot(x[cycle.steps], y[cycle.steps], label=label, **mark.options(count, MOST_INCREMENTS))
 
 

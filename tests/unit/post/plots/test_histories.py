@@ -104,6 +104,26 @@ def test_displacement_control_joins_no_values_of_closed_forms(tmp_path: Path) ->
         assert slides.any() and np.array_equal(np.isnan(form.get_ydata()), slides)
 
 
+def test_a_rig_has_the_loop_at_the_actuator_beside_the_loop_at_the_contact(tmp_path: Path) -> None:
+    path = "{Qx: 30 N, increments: 3}, {actuator_x: -1 um, increments: 3}, {actuator_x: 1 um, increments: 3}"
+    case = SPHERE.replace("{Qx: 30 N, increments: 3}", path) + "rig: {stiffness_x: 20 kN/mm}\n"
+    assert invoke("run", write_case(tmp_path, case), "-q").exit_code == 0
+    with open_result(tmp_path / "case.h5") as result:
+        tangential, *_ = panels(plots.loop(result))
+        lines = {line.get_label(): line for line in tangential.lines}
+        assert list(lines) == ["at the actuator", "first loading, at the contact", "cycle 1, at the contact"]
+        assert legend_texts(tangential)[:3] == list(lines)
+        way = result.history["delta_x"] + result.history["Qx"] / 20e3
+        np.testing.assert_allclose(lines["at the actuator"].get_xdata(), 1e3 * way, rtol=1e-12)
+        np.testing.assert_array_equal(lines["at the actuator"].get_ydata(), result.history["Qx"])
+        at_contact = lines["cycle 1, at the contact"].get_xdata()
+        np.testing.assert_allclose(at_contact, 1e3 * result.history["delta_x"][3:])
+        assert tangential.get_xlabel() == r"rigid displacement along x $\delta_x$, $D_x$ (µm)"
+        assert load_text(result, 6) == "$P$ = 400 N, $D_x$ = \N{MINUS SIGN}1 µm"
+        (axes,) = panels(plots.stick_history(result))
+        assert axes.get_xlabel() == "displacement of the actuator along x $D_x$ (µm)"
+
+
 BULK_ALONE = LINE.replace("{Qx: 18 N/mm, increments: 4}", "{bulk_2: {xx: 300 MPa}}") + "  - {bulk_2: {xx: -300 MPa}}\n"
 
 
