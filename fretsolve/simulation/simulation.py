@@ -124,7 +124,7 @@ def states_of(
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
         summary = contact.with_displacements(summary, solved)
         if setup.model.rig is not None:
-            summary = _with_actuator(summary, setup.model.rig)
+            summary = _with_actuator(summary, setup.model.rig, increment)
         if wear is not None:
             mean = mean_pressure(last.pressure, fields.pressure)
             summary = wear.count(summary, increment, last, fields, solved, mean)
@@ -290,11 +290,11 @@ def _summary(
     )
 
 
-def _with_actuator(summary: Summary, rig: Rig) -> Summary:
-    """Return a row of the history with the motions of the actuator, and the energy in the rig."""
+def _with_actuator(summary: Summary, rig: Rig, increment: Increment) -> Summary:
+    """Return a row of the history with the motions of the actuator, imposed ones as they are, and the rig's energy."""
     motions, loads = (np.array([getattr(summary, name) for name in names]) for names in (RIGID, LOADS))
     found: dict[str, Any] = rig.actuator(motions, loads)
-    return replace(summary, **found, spring_energy=rig.energy(loads))
+    return replace(summary, **found | increment.actuator, spring_energy=rig.energy(loads))
 
 
 def locate(error: NoSolutionError, setup: ProblemSetup, increment: Increment) -> None:

@@ -39,7 +39,7 @@ class Increment:
     bulk: bulk stresses at its end (MPa) by their names; strain_mismatch: by how much they change the mismatch of the
     surfaces in the increment, De_xx, De_yy, De_xy, None without a change; friction: coefficient that a stage has set,
     None without one; coupling: compliance of a rig from tangential loads to normal motions, (3, 3), and transposed the
-    other way, None where a rig has none.
+    other way, None where a rig has none; actuator: its imposed motions (mm, rad) by their names.
     """
 
     step: int
@@ -50,6 +50,7 @@ class Increment:
     strain_mismatch: Vector | None = None
     friction: float | None = None
     coupling: DoubleArray | None = None
+    actuator: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -255,14 +256,16 @@ class LoadPath:
         planned, values = self._values(step, history)
         normal, tangential, coupling = _load_controls(values, self._model)
         response = self._model.bulk
-        friction = values.get("friction")
+        friction, actuator = values.get("friction"), _named(values, "actuator_")
+        found = Increment(
+            step, planned.stage, normal, tangential, friction=friction, coupling=coupling, actuator=actuator
+        )
         if response is None:
-            return Increment(step, planned.stage, normal, tangential, friction=friction, coupling=coupling)
-        bulk = {name: value for name, value in values.items() if name.startswith("bulk_")}
+            return found
+        bulk = _named(values, "bulk_")
         strains = response.mismatch(bulk) - response.mismatch(self._values(step - 1, history)[1] if step else {})
         bulk = response.with_constraint(bulk)
-        mismatch = strains if strains.any() else None
-        return Increment(step, planned.stage, normal, tangential, bulk, mismatch, friction, coupling)
+        return replace(found, bulk=bulk, strain_mismatch=strains if strains.any() else None)
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""
@@ -320,6 +323,10 @@ def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
 def _moves(stage: Stage) -> bool:
     """Return whether a stage moves any load, rather than change the friction alone."""
     return any(name != "friction" for name, _ in stage.targets)
+
+
+def _named(values: dict[str, float], prefix: str) -> dict[str, float]:
+    return {name: value for name, value in values.items() if name.startswith(prefix)}
 
 
 def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl, LoadControl, DoubleArray | None]:
