@@ -1,14 +1,16 @@
-"""Increments of a line contact: scales of the certificate without the free constant, and an imposed approach.
+"""Increments of a line contact: scales of the certificate without the free constant, and imposed displacements.
 
 Displacements of a line contact are known up to a constant, so its residuals refer to A P/pi instead: by as much the
-middle of Hertz's contact moves more than its edge. An imposed delta_z is the approach of points at a reference depth.
-How far these sink depends on the tractions, a little on where they act, so the increment is solved again until it fits.
+middle of Hertz's contact moves more than its edge. Imposed displacements are displacements of points at a reference
+depth. Along x these points follow the surfaces by a compliance times Qx, as a rig would. How far they sink depends on
+the tractions, a little on where they act, so the increment is solved again until an imposed delta_z fits.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,21 +21,37 @@ from fretsolve.contact.increment.states import InitialState, WorkingState
 from fretsolve.contact.solvers.rigid_modes import GapErrors
 from fretsolve.errors import NotConvergedError
 from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.system.arrays import FloatArray, Vector
 
 
 @dataclass(frozen=True)
-class SunkenPoint:
-    """The points at `depth` (mm) below the grid's middle, which sink into both bodies together (L2)."""
+class PointsAtDepth:
+    """The points at `depth` (mm) below the grid's middle in both bodies, to which displacements refer (L2)."""
 
     grid: LineGrid
     bodies: tuple[Body, Body]
     depth: float
 
+    @cached_property
+    def compliance(self) -> float:
+        """By how much both points move along x under Qx of 1 N/mm (mm), far below the contact.
+
+        Source: Johnson, Contact Mechanics (1985), eq. 5.56, for shear: the term -1/(2 (1 - nu)) changes its sign. Left
+        out are terms of the order contact over depth, by a pressure beside the grid's middle.
+        """
+        total = 0.0
+        for body in self.bodies:
+            if body != "rigid":
+                nu = body.poisson_ratio
+                shear_modulus = body.young_modulus / (2.0 * (1.0 + nu))
+                total += ((1.0 - nu) * math.log(self.depth / self.grid.log_length) + 0.5) / (math.pi * shear_modulus)
+        return total
+
     def sinks(self, pressure: FloatArray, shear: FloatArray) -> float:
-        """Return it in mm, from pressure (nx, 1) and shear (2, nx, 1)."""
+        """Return how far both points sink together (mm), from pressure (nx, 1) and shear (2, nx, 1)."""
         offset, depth = self.grid.x - self.grid.x0, self.depth
         square = offset**2 + depth**2
         total = 0.0
@@ -86,41 +104,48 @@ class LineVerifier(Verifier):
 
 
 class LineIncrementSolver(IncrementSolver):
-    """Solves the increments of a line contact. sunken: the points whose approach delta_z is, if there are any."""
+    """Solves the increments of a line contact. points: those to which delta_z and delta_x refer, if there are any."""
 
     grid: LineGrid
-    sunken: SunkenPoint | None = None
+    points: PointsAtDepth | None = None
     _verifier_type = LineVerifier
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
-        """Solve an increment from `start` and certify it; an imposed delta_z holds at the sunken points."""
-        if self.sunken is None or increment.normal.forced[0]:
+        """Solve an increment from `start` and certify it; imposed displacements hold at the points at depth."""
+        if self.points is not None and not increment.tangential.forced[0]:
+            increment = replace(increment, tangential=_with_compliance(increment.tangential, self.points.compliance))
+        if self.points is None or increment.normal.forced[0]:
             return super().solve(increment, start)
         wanted, *tilts = increment.normal.values
-        sunk = self.sunken.sinks(start.pressure, start.shear)
+        sunk = self.points.sinks(start.pressure, start.shear)
         # each solution is nearer by about (contact/depth)^2
         for _ in range(20):
             control = replace(increment.normal, values=(wanted + sunk, *tilts))
             solved = super().solve(replace(increment, normal=control), start)
-            before, sunk = sunk, self.sunken.sinks(solved.pressure, solved.shear)
+            before, sunk = sunk, self.points.sinks(solved.pressure, solved.shear)
             if abs(sunk - before) <= 0.1 * self.tolerance * abs(wanted):
                 return solved
         raise NotConvergedError("no contact has the imposed delta_z: the reference depth is too near to the contact")
 
-    def approach(self, solution: Solution) -> float:
-        """Return delta_z (mm) of the sunken points; NaN without any."""
-        if self.sunken is None:
-            return math.nan
-        return float(solution.rigid[0]) - self.sunken.sinks(solution.pressure, solution.shear)
+    def displacements(self, solved: Solved) -> tuple[float, float]:
+        """Return delta_z and delta_x (mm) of the points at depth; NaN without any."""
+        if self.points is None:
+            return math.nan, math.nan
+        approach = float(solved.rigid[0]) - self.points.sinks(solved.pressure, solved.shear)
+        return approach, float(solved.rigid[3] + self.points.compliance * solved.resultants[3])
 
-    def rigid_start(self, pressure: FloatArray, shear: FloatArray, phi_y: float) -> Vector:
-        """Return the rigid displacements of a state, tangential ones as 0, from which the next increment counts.
+    def rigid_start(self, pressure: FloatArray, shear: FloatArray, rigid: Vector) -> Vector:
+        """Return the rigid displacements of a state from which the next increment counts.
 
-        delta_z follows from the tractions, since the history has it without the free constant or not at all.
+        delta_z follows from the tractions, since the history has it without the free constant or not at all. delta_x is
+        0 without points at depth; delta_y and phi_z always are.
+        rigid: from the history.
         """
-        rigid = np.zeros(6)
+        before, rigid = rigid, np.zeros(6)
         contact = pressure > 0.0
-        rigid[2] = phi_y
+        rigid[2] = phi_y = float(before[2])
+        if self.points is not None:
+            rigid[3] = before[3] - self.points.compliance * float(shear[0].sum(dtype=np.float64)) * self.grid.dx
         if contact.any():
             uz, operator = np.empty(self.grid.shape), self.level.operator
             operator.normal(np.array(pressure, np.float64), uz)
@@ -137,3 +162,10 @@ class LineIncrementSolver(IncrementSolver):
         self._verifier.material = self.model.compliances
         self._verifier.before = self._verifier.forces(start.pressure, start.shear)
         return super()._solution(start, work)
+
+
+def _with_compliance(control: LoadControl, compliance: float) -> LoadControl:
+    """Return a control with a compliance along x besides the compliance of a rig."""
+    (one, *rest), *others = control.compliance or ((0.0, 0.0, 0.0),) * 3
+    row, second, third = (one + compliance, *rest), *others
+    return replace(control, compliance=((row[0], row[1], row[2]), second, third))

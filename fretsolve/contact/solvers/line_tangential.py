@@ -64,7 +64,14 @@ class LineTangentialSolver(TangentialSolver):
             control.imposed_resultant[0] / self.modes.cell_area,
         )
         before = shear[0, contact, 0].astype(np.float64)
-        solution = problem.solve(elastic_slip[0, contact, 0] + problem.moved(before))
+        free = elastic_slip[0, contact, 0] + problem.moved(before)
+        if control.forced[0]:
+            solution = problem.solve(free)
+        else:
+            given_way = 0.0 if control.compliance is None else control.compliance[0][0] * self.modes.cell_area
+            problem.kernel = problem.kernel + given_way
+            moved = free + control.values[0]
+            solution = problem.at(moved, np.sign(moved))
         if solution is None:
             return found
         change = np.zeros_like(shear)
@@ -98,7 +105,7 @@ class _Problem:
         for _ in range(120):
             motion = 0.5 * (low + high)
             state = np.sign(free + motion)  # few cells stick where this solver is needed
-            q = self._at(free + motion, state)
+            q = self.at(free + motion, state)
             if q is None:
                 return None
             exact = self._with_force(free, state)
@@ -126,7 +133,7 @@ class _Problem:
         cells = self.cells[stick]
         return self.kernel[np.abs(np.subtract.outer(cells, cells))]
 
-    def _at(self, free: DoubleArray, state: DoubleArray) -> DoubleArray | None:
+    def at(self, free: DoubleArray, state: DoubleArray) -> DoubleArray | None:
         """Return q at a rigid motion, which `free` holds, and find the zones `state` (0 stick, 1 or -1 slip) for it."""
         for _ in range(60):
             q = state * self.limit

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.contact.increment.increment import IncrementSolver, Solved
-from fretsolve.contact.increment.line_increment import LineIncrementSolver, SunkenPoint
+from fretsolve.contact.increment.line_increment import LineIncrementSolver, PointsAtDepth
 from fretsolve.contact.zones.edge_law import LEVER_ALONG, EdgeLaw, ZoneFields
 from fretsolve.contact.zones.zone_cells import MARGIN_CELLS, Links, ZoneCells
 from fretsolve.problem.model.grid import LineGrid
@@ -80,16 +80,17 @@ class LineContact:
         """Return the line contact of a problem."""
         assert isinstance(solver, LineIncrementSolver)
         (one, other), depth = setup.case.bodies, setup.case.reference_depth
-        solver.sunken = None if depth is None else SunkenPoint(solver.grid, (one, other), depth)
+        solver.points = None if depth is None else PointsAtDepth(solver.grid, (one, other), depth)
         return cls(setup, solver)
 
     def rigid_start(self, fields: Fields, rigid: Vector) -> Vector:
         """Return the rigid displacements that the next increment counts from; rigid: from the history."""
-        return self.solver.rigid_start(fields.pressure, fields.shear, float(rigid[2]))
+        return self.solver.rigid_start(fields.pressure, fields.shear, rigid)
 
     def with_displacements(self, summary: Summary, solved: Solved) -> Summary:
-        """Return a row of the history with NaN for the rigid displacements that hold the free constant."""
-        return replace(summary, delta_z=self.solver.approach(solved), delta_x=math.nan, delta_y=math.nan)
+        """Return a row of the history with rigid displacements of points at depth, NaN for unknown ones."""
+        delta_z, delta_x = self.solver.displacements(solved)
+        return replace(summary, delta_z=delta_z, delta_x=delta_x, delta_y=math.nan)
 
     def sizes(self, solved: Solved, slip_before: FloatArray) -> dict[str, float]:
         """Return areas per mm, half-widths and extents of contact and stick zone; NaN for extents along y."""
