@@ -21,6 +21,7 @@ from functools import cache
 from pathlib import Path
 
 import bulk_stress
+import rigs
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -450,6 +451,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "fatigue_map": fatigue_map,
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
+    "rig_motions": rigs.motions,
     "bulk_stick_zone": bulk_stress.stick_zone,
     "line_stick_zone": bulk_stress.line_stick_zone,
     "line_shear": line_shear,
