@@ -1,0 +1,140 @@
+"""Cut a measured record of force and motion into the two half cycles of its last whole cycle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fretsolve.errors import CaseError
+from fretsolve.sweep.fit.loop_file import FEWEST_POINTS
+from fretsolve.system.arrays import DoubleArray, IndexArray
+
+TURN = 0.25
+"""Part of the motion's range by which it has to go back to have turned: more than noise and drift do."""
+
+GAP = 0.05
+"""Part of the motion's range that may be missing where a record of one cycle is closed."""
+
+NEAR = 0.2
+"""Part of a half cycle on each side of a turn that tells where the motion turned."""
+
+
+Turn = tuple[int, float]
+"""A point of a record at which the motion turns, and the motion there (mm)."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredLoop:
+    """The last whole cycle of a record: force (N) and motion (mm) ``(n,)``, from a turn to the next and back.
+
+    ends: the motion at the three turns; branch: 0 or 1, the half cycle of each point; time: its place in the record,
+    in cycles. force_noise, motion_noise: their standard deviations along the record (N, mm).
+    """
+
+    force: DoubleArray
+    motion: DoubleArray
+    branch: IndexArray
+    time: DoubleArray
+    ends: tuple[float, float, float]
+    force_noise: float
+    motion_noise: float
+
+    @property
+    def range(self) -> float:
+        """The range of the force."""
+        return float(np.ptp(self.force))
+
+
+def cut(force: DoubleArray, motion: DoubleArray, path: Path, *, offset: bool) -> MeasuredLoop:
+    """Return the last whole cycle of a record. path: of the file, for messages.
+
+    offset: whether zero and drift of the motion mean nothing. The motion is then about the middle of the cycle, and
+    what it drifts over the cycle is taken out, so that it ends where it began. Raises CaseError without a whole cycle.
+    """
+    parts, turns = _last_cycle(motion, path)
+    order, branch = np.concatenate(parts), np.repeat((0, 1), [len(part) for part in parts])
+    # the drift of the motion is what a turn and its return one cycle later differ by
+    (first, start), (middle, turned), (last, end) = turns
+    trend = (end - start) / (last - first) if offset and last != first else 0.0
+    zero = 0.5 * (start + turned - trend * (middle - first)) if offset else 0.0
+    moved = motion[order] - trend * (order - first) - zero
+    ends = [value - trend * (turn - first) - zero for turn, value in turns]
+    noises = _noise(force), _noise(motion)
+    return MeasuredLoop(force[order], moved, branch, order / len(order), (ends[0], ends[1], ends[2]), *noises)
+
+
+def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list[Turn]]:
+    """Return the points of the two half cycles in order, and the three turns of the motion.
+
+    A record of one cycle may start anywhere: its end then goes on at its start.
+    """
+    noisy, count = _turns(motion), len(motion)
+    half = float(np.median(np.diff([0, *noisy, count - 1])[-3:]))
+    found = [_turn(motion, turn, max(3, round(NEAR * half))) for turn in noisy]
+    missing = GAP * float(np.ptp(motion))
+    if len(found) >= 3:
+        turns = found[-3:]
+        first, middle, last = (turn for turn, _ in turns)
+        parts = [np.arange(first, middle + 1), np.arange(middle + 1, last + 1)]
+    elif len(found) == 2 and np.sign(motion[noisy[1]] - motion[noisy[0]]) * (motion[-1] - motion[0]) <= missing:
+        turns = [*found, found[0]]
+        first, middle = (turn for turn, _ in found)
+        parts = [np.arange(first, middle + 1), np.r_[middle + 1 : count, 0:first]]
+    elif len(found) == 1 and abs(motion[-1] - motion[0]) <= missing:
+        turns = [(0, float(motion[0])), *found, (count - 1, float(motion[-1]))]
+        parts = [np.arange(found[0][0] + 1), np.arange(found[0][0] + 1, count)]
+    else:
+        times = {0: "never", 1: "once", 2: "twice"}[len(found)]
+        message = f"holds no whole cycle: the motion turns {times}; a motion there and back is needed"
+        raise CaseError(message, (), path)
+    if (fewest := sum(map(len, parts))) < FEWEST_POINTS:
+        message = f"the last whole cycle has {fewest} points; at least {FEWEST_POINTS} are needed"
+        raise CaseError(message, (), path)
+    return parts, turns
+
+
+def _turns(motion: DoubleArray) -> list[int]:
+    """Return the points at which a motion turns, however noisy it is: its extremes between large ways back."""
+    least, found, way = TURN * float(np.ptp(motion)), list[int](), 0
+    high = low = 0
+    for index, value in enumerate(motion):
+        high = index if value > motion[high] else high
+        low = index if value < motion[low] else low
+        if way >= 0 and motion[high] - value > least:
+            found, way, low = [*found, high], -1, index
+        elif way <= 0 and value - motion[low] > least:
+            found, way, high = [*found, low], 1, index
+    # the first one may be where the record starts
+    return [turn for turn in found if turn > 0]
+
+
+def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
+    """Return where a motion turns, and the motion there, both near the point `turn`, which noise has chosen.
+
+    That is the extreme of the curve that fits best: a parabola before and one behind a point, which meet there. It may
+    have an edge, as a triangular motion has, and lets noise average out. width: points on each side.
+    """
+    near = np.arange(max(0, turn - width), min(len(motion), turn + width + 1))
+    way = np.sign(motion[turn] - np.mean(motion[near]))
+    best, found = np.inf, (turn, float(motion[turn]))
+    for place in near[np.abs(near - turn) <= width // 2][:: 1 + width // 20]:
+        away = (near - place) / width
+        before, after = np.minimum(away, 0.0), np.maximum(away, 0.0)
+        design = np.stack([np.ones(len(near)), before, before**2, after, after**2], axis=1)
+        curve = design @ np.linalg.lstsq(design, motion[near], rcond=None)[0]
+        error = float(np.sum((curve - motion[near]) ** 2))
+        if error < best:
+            extreme = int(np.argmax(way * curve))
+            best, found = error, (int(near[extreme]), float(curve[extreme]))
+    return found
+
+
+def _noise(record: DoubleArray) -> float:
+    """Return the standard deviation of noise on a smooth record, by the median of third differences.
+
+    The variance of those is 20 times that of noise; the median leaves out the few at turns.
+    """
+    return float(np.median(np.abs(np.diff(record, 3)))) / (0.6745 * math.sqrt(20.0))

@@ -1,0 +1,133 @@
+"""Compute the force of a case at the motions of a measured loop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from fretsolve.case.history import COMPONENTS
+from fretsolve.case.loading import CaseText, replaced
+from fretsolve.case.models import Case
+from fretsolve.result.state import Summary
+from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.simulation import run
+from fretsolve.sweep.fit.measured_loop import MeasuredLoop
+from fretsolve.sweep.fit.parameters import Parameter
+from fretsolve.system.arrays import DoubleArray
+
+COARSE_POINTS, COARSE_INCREMENTS = 32, 12
+"""Cells per side, and increments of a half cycle, on the way to the solution."""
+
+FINE_INCREMENTS = 24
+"""Increments of a half cycle at the solution. The force between them is that of a monotone cubic."""
+
+LEAD_INCREMENTS = 4
+"""Increments of a half cycle before the measured one, whose slip settles the contact."""
+
+FORCE, MOTION, ACTUATOR = COMPONENTS[3]
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """The half cycles of a solved loop: motion and force of each, from its start on; slides: one ends in gross slip."""
+
+    motion: tuple[DoubleArray, DoubleArray]
+    force: tuple[DoubleArray, DoubleArray]
+    slides: bool
+
+    def curves(self, points: int) -> tuple[DoubleArray, DoubleArray]:
+        """Return motion and force along the loop, at `points` places of each half cycle."""
+        ways = [np.linspace(motion[0], motion[-1], points) for motion in self.motion]
+        return np.concatenate(ways), np.concatenate([self._curve(branch)(ways[branch]) for branch in (0, 1)])
+
+    def at(self, loop: MeasuredLoop, derivative: int = 0) -> DoubleArray:
+        """Return the force at the measured motions ``(n,)``, or its derivative by the motion."""
+        found = np.empty(len(loop.motion))
+        for branch in (0, 1):
+            here = loop.branch == branch
+            found[here] = self._curve(branch)(loop.motion[here], derivative)
+        return found
+
+    def _curve(self, branch: int) -> PchipInterpolator:
+        order = np.argsort(self.motion[branch])
+        return PchipInterpolator(self.motion[branch][order], self.force[branch][order])
+
+
+def area(motion: DoubleArray, force: DoubleArray) -> float:
+    """Return the area within a closed polygon."""
+    return abs(0.5 * float(np.sum(motion * np.roll(force, -1) - np.roll(motion, -1) * force)))
+
+
+@dataclass(frozen=True)
+class LoopModel:
+    """A case that moves along a measured loop, for any values of its parameters.
+
+    text: the case with `--set`; pressing: entries of its load path that come before; motion: that the stages move;
+    ends: the motion at the turns. points: cells per side, None for those of the case; increments: of a half cycle;
+    compiled: whether the compiled kernels are used.
+    """
+
+    text: CaseText
+    pressing: int
+    motion: str
+    ends: tuple[float, float, float]
+    parameters: tuple[Parameter, ...]
+    points: int | None
+    increments: int
+    compiled: bool = False
+
+    def case(self, values: Sequence[float]) -> Case:
+        """Return the case at values of the parameters. Raises CaseError."""
+        data: Any = self.text.data
+        for parameter, value in zip(self.parameters, values, strict=True):
+            data = replaced(data, parameter.key, parameter.written(value) if parameter.unit else value)
+        start, turn, end = self.ends
+        lead = [(one, LEAD_INCREMENTS) for one in (start, turn, start)]
+        path = [*lead, (turn, self.increments), (end, self.increments)]
+        stages = [{self.motion: one, "increments": number, "spacing": "equal"} for one, number in path]
+        data = {key: value for key, value in data.items() if key not in ("expect", "output")}
+        data |= {"load_path": [*data["load_path"][: self.pressing], *stages], "output": {"fields": []}}
+        data["solver"] = {**data.get("solver", {}), "error_bars": False}
+        if self.points is not None:
+            data = replaced(data, ("grid", "points"), self.points)
+        return replace(self.text, data=data).case()
+
+    def branches(self, values: Sequence[float]) -> Branches:
+        """Solve the loop at values of the parameters. Raises NoSolutionError, CaseError."""
+        stages: dict[int, list[Summary]] = {}
+        for state in run(set_up(self.case(values), self.compiled)):
+            stages.setdefault(state.summary.stage, []).append(state.summary)
+        *_, before, first, second = stages.values()
+        ways = [[before[-1], *first], [first[-1], *second]]
+        motion, force = (
+            [np.array([getattr(one, name) for one in way]) for way in ways] for name in (self.motion, FORCE)
+        )
+        slides = any(one.contact_cells > 0 and one.stick_cells == 0 for one in (*first, *second))
+        return Branches((motion[0], motion[1]), (force[0], force[1]), slides)
+
+
+def pressing_entries(text: CaseText, case: Case) -> int:
+    """Return how many entries of the load path come before the motion that the loop replaces.
+
+    Raises CaseError where stages do anything else than to press first and to move along x then.
+    """
+    pressing, along = ({name for names in part for name in names} for part in (COMPONENTS[:3], COMPONENTS[3:4]))
+    pressed, first = set[int](), None
+    for stage in case.stages():
+        names, entry = {name for name, _ in stage.targets}, int(stage.key[1])
+        first = entry if first is None and names & along else first
+        others = sorted(names - (pressing if first is None else along))
+        if others or entry in (pressed if first is not None else ()):
+            what = f"moves {', '.join(others)} beside the motion along x" if others else "presses and moves"
+            message = f"{what}; a fit takes stages that press, and then stages that move along x alone"
+            raise case.source.problem(message, stage.key)
+        if first is None:
+            pressed.add(entry)
+    if first == 0:
+        message = "nothing presses before the motion along x; a stage such as {P: 400 N} is needed"
+        raise case.source.problem(message, ("load_path", 0))
+    return len(text.data["load_path"]) if first is None else first

@@ -1,0 +1,80 @@
+"""The plan of a fit: the case, its parameters, the measured loop and the models that follow it, all checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fretsolve.case.loading import CaseText, read_case
+from fretsolve.case.models import Case
+from fretsolve.errors import CaseError
+from fretsolve.problem.setup.problem import compiling_pays
+from fretsolve.simulation.problem_setup import set_up
+from fretsolve.sweep.fit.loop_file import read_loop_file
+from fretsolve.sweep.fit.measured_loop import MeasuredLoop, cut
+from fretsolve.sweep.fit.model_loop import (
+    ACTUATOR,
+    COARSE_INCREMENTS,
+    COARSE_POINTS,
+    FINE_INCREMENTS,
+    FORCE,
+    MOTION,
+    LoopModel,
+    pressing_entries,
+)
+from fretsolve.sweep.fit.parameters import Parameter, read_parameters
+
+USUAL_LOOPS = 20
+"""About how many loops a fit solves."""
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """A fit as the command line has it. names: of the parameters; columns: headings of force and motion, None for the
+    usual ones; offset: whether offset and drift of both are found, too.
+    """
+
+    case: Path
+    overrides: Sequence[str]
+    loop: Path
+    names: Sequence[str]
+    columns: tuple[str, str] | None = None
+    offset: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class FitPlan:
+    """A checked fit. models: in the order in which they are fitted, the last one on the grid of the case."""
+
+    request: FitRequest
+    text: CaseText
+    case: Case
+    parameters: tuple[Parameter, ...]
+    loop: MeasuredLoop
+    models: tuple[LoopModel, ...]
+
+
+def make_fit_plan(request: FitRequest) -> FitPlan:
+    """Read case and loop. Raises CaseError, FileError."""
+    text = read_case(request.case).overridden(request.overrides)
+    case = text.case()
+    if case.wear is not None:
+        raise case.source.problem("a fit follows one settled cycle, without wear; leave it out", ("wear",))
+    parameters = read_parameters(request.names, text, case)
+    pressing = pressing_entries(text, case)
+    motion = MOTION if case.rig is None else ACTUATOR
+    columns = request.columns or (FORCE, motion)
+    force, moved = read_loop_file(request.loop, columns, (case.dimensions[FORCE], case.dimensions[motion]))
+    loop = cut(force, moved, request.loop, offset=request.offset)
+    if len(loop.force) <= len(parameters) + 2:
+        raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
+    fine = LoopModel(text, pressing, motion, loop.ends, parameters, None, FINE_INCREMENTS)
+    saved = USUAL_LOOPS * set_up(fine.case([one.start for one in parameters])).seconds_saved
+    fine = replace(fine, compiled=compiling_pays(saved))
+    coarse = replace(fine, points=COARSE_POINTS, increments=COARSE_INCREMENTS)
+    # a row of cells is solved as fast as a coarse one
+    points = case.grid.points
+    is_coarse = case.plane is not None or (points is not None and max(points) <= COARSE_POINTS)
+    models = (replace(fine, increments=COARSE_INCREMENTS),) if is_coarse else (coarse, fine)
+    return FitPlan(request, text, case, parameters, loop, models)
