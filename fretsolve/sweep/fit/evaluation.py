@@ -70,33 +70,53 @@ class Evaluator:
     def __init__(self, model: LoopModel, loop: MeasuredLoop, basis: DoubleArray, solver: LoopSolver, show: Show):
         self._model, self._loop, self._basis = model, loop, basis
         self._solver, self._show = solver, show
-        self._known: dict[tuple[float, ...], DoubleArray] = {}
+        self._known: dict[tuple[float, ...], Branches] = {}
 
     def residuals(self, coordinates: DoubleArray) -> DoubleArray:
-        """Return the residuals ``(n,)``, without offset and drift; infinite where the case has no solution."""
-        key = tuple(map(float, coordinates))
+        """Return the residuals ``(n,)``, without offset and drift; infinite where the case has no solution.
+
+        Raises NoSolutionError or CaseError at the first coordinates.
+        """
+        key, values = tuple(map(float, coordinates)), self.values(coordinates)
         if key not in self._known:
-            (branches,) = self._solver.solve(self._model, [self.values(coordinates)])
+            (branches,) = self._solver.solve(self._model, [values])
+            if branches is None and not self._known:
+                branches = self._model.branches(values)  # which raises the error that says why
             if branches is None:
                 return np.full(len(self._loop.force), np.inf)
-            self._known[key] = self._residuals(branches)
-            rms = self._loop.range * float(np.sqrt(np.mean(self._known[key] ** 2)))
-            self._show(self._solver.solved, self._model, self.values(coordinates), rms)
-        return self._known[key]
+            self._known[key] = branches
+        residuals = self._residuals(self._known[key])
+        rms = self._loop.range * float(np.sqrt(np.mean(residuals**2)))
+        self._show(self._solver.solved, self._model, values, rms)
+        return residuals
 
-    def jacobian(self, coordinates: DoubleArray, *, central: bool = False) -> DoubleArray:
-        """Return the derivatives of the residuals ``(n, p)`` by differences. Raises NoSolutionError."""
-        steps = STEP * np.eye(len(coordinates))
-        points = [coordinates + step for step in (*steps, *(-steps if central else ()))]
+    def branches(self, coordinates: DoubleArray) -> Branches:
+        """Return the loop at coordinates whose residuals have been asked for."""
+        return self._known[tuple(map(float, coordinates))]
+
+    def forward(self, coordinates: DoubleArray) -> DoubleArray:
+        """Return the derivatives of the residuals ``(n, p)`` by forward differences. Raises NoSolutionError."""
+        here = self._residuals(self.branches(coordinates))
+        derivatives: DoubleArray = (self._beside(coordinates, STEP) - here).T / STEP
+        return derivatives
+
+    def central(self, coordinates: DoubleArray) -> DoubleArray:
+        """Return the derivatives of the residuals ``(n, p)`` by central differences. Raises NoSolutionError."""
+        ways = self._beside(coordinates, STEP, -STEP)
+        ahead, back = np.split(ways, 2)
+        derivatives: DoubleArray = (ahead - back).T / (2.0 * STEP)
+        return derivatives
+
+    def _beside(self, coordinates: DoubleArray, *steps: float) -> DoubleArray:
+        """Return the residuals at coordinates of which each in turn has made each step ``(steps p, n)``."""
+        points = [coordinates + step * one for step in steps for one in np.eye(len(coordinates))]
         solved = self._solver.solve(self._model, [self.values(point) for point in points])
         found = [self._residuals(one) for one in solved if one is not None]
         if len(found) < len(points):
             named = zip(self._model.parameters, self.values(coordinates), strict=True)
             near = ", ".join(f"{one.name} = {one.written(value, 4)}" for one, value in named)
             raise NoSolutionError(f"the case has no solution close to the values found, {near}")
-        ahead, back = np.array(found[: len(steps)]), found[len(steps) :] or self.residuals(coordinates)
-        derivatives: DoubleArray = (ahead - np.asarray(back)).T / (2.0 * STEP if central else STEP)
-        return derivatives
+        return np.array(found)
 
     def values(self, coordinates: DoubleArray) -> list[float]:
         """Return the values of the parameters at coordinates."""

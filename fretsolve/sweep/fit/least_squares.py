@@ -24,6 +24,9 @@ FARTHEST = 7.0
 STEPS = 30
 """Most steps of the search on one grid."""
 
+TOLERANCE = 1e-3
+"""Relative fall of the sum of squares at which a search ends. The next step would be far smaller."""
+
 CONFIDENCE = 0.95
 
 
@@ -116,16 +119,19 @@ def fit_loop(plan: FitPlan, jobs: int = 1, show: Show = lambda *_: None) -> Fit:
     basis = drift_basis(loop) if plan.request.offset else np.zeros((len(loop.force), 0))
     found = np.zeros(len(plan.parameters))
     with closing(LoopSolver(jobs)) as solver:
-        plan.models[0].branches([one.start for one in plan.parameters])  # whose errors say why there is no solution
         for model in plan.models:
             evaluator = Evaluator(model, loop, basis, solver, show)
-            limits = (-FARTHEST, FARTHEST)
+            last = model is plan.models[-1]
             search = least_squares(
-                evaluator.residuals, found, evaluator.jacobian, limits, ftol=1e-4, xtol=1e-6, max_nfev=STEPS
+                evaluator.residuals,
+                found,
+                evaluator.central if last else evaluator.forward,
+                (-FARTHEST, FARTHEST),
+                ftol=TOLERANCE,
+                max_nfev=STEPS,
             )
             found = search.x
-        sensitivity = loop.range * evaluator.jacobian(found, central=True)
-        branches = model.branches(evaluator.values(found))
+        branches, sensitivity = evaluator.branches(found), loop.range * search.jac
     computed = branches.at(loop)
     drift = basis @ (basis.T @ (loop.force - computed))
     freedom = len(loop.force) - len(found) - basis.shape[1]
@@ -139,7 +145,7 @@ def fit_loop(plan: FitPlan, jobs: int = 1, show: Show = lambda *_: None) -> Fit:
         drift,
         freedom,
         branches,
-        solver.solved + 2,
+        solver.solved,
         time.perf_counter() - began,
     )
 

@@ -13,7 +13,7 @@ import numpy as np
 from fretsolve.case.dimensions import Dimension
 from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import QuantityError, shown, to_internal
-from fretsolve.errors import CaseError, FileError
+from fretsolve.errors import CaseError
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import read_bytes, reported
 
@@ -35,9 +35,7 @@ def read_loop_file(
     """
     lines = _lines(path)
     delimiter = next((one for one in "\t;" if one in lines[0][1]), ",")
-    (first, headings), *rows = [
-        (n, [*map(str.strip, next(csv.reader([one], delimiter=delimiter)))]) for n, one in lines
-    ]
+    (first, headings), *rows = [(number, _cells(line, delimiter)) for number, line in lines]
     example = f"'{names[0]} (N)' and '{names[1]} (um)'"
     if len(headings) < 2:
         raise CaseError(f"has one column; two, such as {example}, are needed", (), path, first)
@@ -48,9 +46,8 @@ def read_loop_file(
         raise CaseError(f"{names[0]} and {names[1]} are one column; two are needed", (), path, first)
     units = [_unit(headings[c], d, path, first) for c, d in zip(columns, dimensions, strict=True)]
     _require_one_decimal_sign([row[c] for _, row in rows for c in columns if c < len(row)], path)
-    values = np.array([[_value(row, column, headings, path, n) for column in columns] for n, row in rows]).reshape(
-        -1, 2
-    )
+    read = [[_value(row, column, headings, path, number) for column in columns] for number, row in rows]
+    values = np.array(read).reshape(-1, 2)
     if len(values) < FEWEST_POINTS:
         raise CaseError(f"has {len(values)} points; at least {FEWEST_POINTS} are needed", (), path)
     for column, one in zip(columns, values.T, strict=True):
@@ -72,8 +69,12 @@ def _lines(path: Path) -> list[tuple[int, str]]:
         ) from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
-        raise FileError("is empty; a CSV with headings is needed", path)
+        raise CaseError("is empty; a CSV with headings is needed", (), path)
     return lines
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
 
 
 def _column(headings: Sequence[str], name: str, path: Path, line: int) -> int:

@@ -18,9 +18,15 @@ TURN = 0.25
 GAP = 0.05
 """Part of the motion's range that may be missing where a record of one cycle is closed."""
 
-NEAR = 0.2
+NEAR = 0.15
 """Part of a half cycle on each side of a turn that tells where the motion turned."""
 
+
+SMOOTHED = 25
+"""Points of a smoothed half cycle, of which the others are means."""
+
+EVEN = 0.2
+"""Part of an increment that is equally long for all, so that none vanishes."""
 
 Turn = tuple[int, float]
 """A point of a record at which the motion turns, and the motion there (mm)."""
@@ -41,6 +47,19 @@ class MeasuredLoop:
     ends: tuple[float, float, float]
     force_noise: float
     motion_noise: float
+
+    def way(self, branch: int, count: int) -> tuple[float, ...]:
+        """Return `count` motions along a half cycle, the last one at its end: closer where the force changes more."""
+        start, end = self.ends[branch : branch + 2]
+        here, window = self.branch == branch, max(1, int(np.count_nonzero(self.branch == branch)) // SMOOTHED)
+        smooth = [np.convolve(one[here], np.full(window, 1.0 / window), "valid") for one in (self.motion, self.force)]
+        motion, force = (np.maximum.accumulate(np.sign(end - start) * one) for one in smooth)
+        moved = np.clip(np.sign(end - start) * motion, min(start, end), max(start, end))
+        equal = np.linspace(0.0, 1.0, count + 1)[1:]
+        done = 0.5 * (_part(force) + _part(motion))
+        graded = np.interp(equal, done, (moved - start) / (end - start))
+        places = EVEN * equal + (1.0 - EVEN) * graded
+        return (*(start + (end - start) * places[:-1]).tolist(), end)
 
     @property
     def range(self) -> float:
@@ -71,29 +90,44 @@ def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list
 
     A record of one cycle may start anywhere: its end then goes on at its start.
     """
-    noisy, count = _turns(motion), len(motion)
-    half = float(np.median(np.diff([0, *noisy, count - 1])[-3:]))
-    found = [_turn(motion, turn, max(3, round(NEAR * half))) for turn in noisy]
-    missing = GAP * float(np.ptp(motion))
-    if len(found) >= 3:
-        turns = found[-3:]
-        first, middle, last = (turn for turn, _ in turns)
-        parts = [np.arange(first, middle + 1), np.arange(middle + 1, last + 1)]
-    elif len(found) == 2 and np.sign(motion[noisy[1]] - motion[noisy[0]]) * (motion[-1] - motion[0]) <= missing:
-        turns = [*found, found[0]]
-        first, middle = (turn for turn, _ in found)
-        parts = [np.arange(first, middle + 1), np.r_[middle + 1 : count, 0:first]]
-    elif len(found) == 1 and abs(motion[-1] - motion[0]) <= missing:
-        turns = [(0, float(motion[0])), *found, (count - 1, float(motion[-1]))]
-        parts = [np.arange(found[0][0] + 1), np.arange(found[0][0] + 1, count)]
+    turns, whole = _turns(motion), (1.0 - GAP) * float(np.ptp(motion))
+    times = ("never", "once", "twice", "often")[min(len(turns), 3)]
+    first = _farthest(motion, np.arange(turns[0]), turns[0]) if turns else 0
+    last = _farthest(motion, np.arange(turns[-1], len(motion)), turns[-1]) if turns else 0
+    head, tail = (abs(motion[first] - motion[turns[0]]), abs(motion[last] - motion[turns[-1]])) if turns else (0.0, 0.0)
+    if len(turns) == 1 and tail >= whole and head >= whole and last == len(motion) - 1:
+        turns = [first, *turns, last]
+    elif len(turns) == 1 and tail >= whole:  # and there the motion has just begun to go back
+        turns, last, tail = [*turns, last], len(motion) - 1, abs(motion[-1] - motion[last])
+    if len(turns) >= 3:
+        start, middle, end = turns[-3:]
+        parts = [np.arange(start, middle + 1), np.arange(middle + 1, end + 1)]
+    elif len(turns) == 2 and head + tail >= whole:
+        start, middle = turns
+        end, way = start, np.sign(motion[start] - motion[middle])
+        before = np.arange(first, start)
+        before = before[way * (motion[before] - motion[last]) > 0.0]
+        parts = [np.arange(start, middle + 1), np.r_[middle + 1 : last + 1, before]]
     else:
-        times = {0: "never", 1: "once", 2: "twice"}[len(found)]
         message = f"holds no whole cycle: the motion turns {times}; a motion there and back is needed"
         raise CaseError(message, (), path)
     if (fewest := sum(map(len, parts))) < FEWEST_POINTS:
         message = f"the last whole cycle has {fewest} points; at least {FEWEST_POINTS} are needed"
         raise CaseError(message, (), path)
-    return parts, turns
+    width = max(3, round(NEAR * min(abs(middle - start), abs(middle - end))))
+    return parts, [_turn(motion, turn, width) for turn in (start, middle, end)]
+
+
+def _farthest(motion: DoubleArray, points: IndexArray, turn: int) -> int:
+    """Return which of some points is farthest from a turn."""
+    return int(points[np.argmax(np.abs(motion[points] - motion[turn]))]) if len(points) else turn
+
+
+def _part(rising: DoubleArray) -> DoubleArray:
+    """Return a rising curve from 0 to 1, or zeros where it does not rise."""
+    span = float(np.ptp(rising))
+    found: DoubleArray = (rising - rising[0]) / span if span else np.zeros_like(rising)
+    return found
 
 
 def _turns(motion: DoubleArray) -> list[int]:

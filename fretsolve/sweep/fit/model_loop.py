@@ -7,25 +7,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import Akima1DInterpolator
 
 from fretsolve.case.history import COMPONENTS
 from fretsolve.case.loading import CaseText, replaced
 from fretsolve.case.models import Case
-from fretsolve.result.state import Summary
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.fit.measured_loop import MeasuredLoop
 from fretsolve.sweep.fit.parameters import Parameter
 from fretsolve.system.arrays import DoubleArray
 
-COARSE_POINTS, COARSE_INCREMENTS = 32, 12
+COARSE_POINTS, COARSE_INCREMENTS = 32, 16
 """Cells per side, and increments of a half cycle, on the way to the solution."""
 
 FINE_INCREMENTS = 24
-"""Increments of a half cycle at the solution. The force between them is that of a monotone cubic."""
+"""Increments of a half cycle at the solution. Between them the force is that of a cubic without overshoot (Akima)."""
 
-LEAD_INCREMENTS = 4
+LEAD_INCREMENTS = 3
 """Increments of a half cycle before the measured one, whose slip settles the contact."""
 
 FORCE, MOTION, ACTUATOR = COMPONENTS[3]
@@ -49,12 +48,12 @@ class Branches:
         found = np.empty(len(loop.motion))
         for branch in (0, 1):
             here = loop.branch == branch
-            found[here] = self._curve(branch)(loop.motion[here], derivative)
+            found[here] = self._curve(branch)(loop.motion[here], derivative, extrapolate=True)
         return found
 
-    def _curve(self, branch: int) -> PchipInterpolator:
+    def _curve(self, branch: int) -> Akima1DInterpolator:
         order = np.argsort(self.motion[branch])
-        return PchipInterpolator(self.motion[branch][order], self.force[branch][order])
+        return Akima1DInterpolator(self.motion[branch][order], self.force[branch][order])
 
 
 def area(motion: DoubleArray, force: DoubleArray) -> float:
@@ -67,17 +66,17 @@ class LoopModel:
     """A case that moves along a measured loop, for any values of its parameters.
 
     text: the case with `--set`; pressing: entries of its load path that come before; motion: that the stages move;
-    ends: the motion at the turns. points: cells per side, None for those of the case; increments: of a half cycle;
-    compiled: whether the compiled kernels are used.
+    start: the motion where the measured cycle starts; ways: the motions along its half cycles, an increment each.
+    points: cells per side, None for those of the case; compiled: whether the compiled kernels are used.
     """
 
     text: CaseText
     pressing: int
     motion: str
-    ends: tuple[float, float, float]
+    start: float
+    ways: tuple[tuple[float, ...], tuple[float, ...]]
     parameters: tuple[Parameter, ...]
     points: int | None
-    increments: int
     compiled: bool = False
 
     def case(self, values: Sequence[float]) -> Case:
@@ -85,9 +84,9 @@ class LoopModel:
         data: Any = self.text.data
         for parameter, value in zip(self.parameters, values, strict=True):
             data = replaced(data, parameter.key, parameter.written(value) if parameter.unit else value)
-        start, turn, end = self.ends
-        lead = [(one, LEAD_INCREMENTS) for one in (start, turn, start)]
-        path = [*lead, (turn, self.increments), (end, self.increments)]
+        # from the middle to the cycle, and once along it, to settle the contact
+        path = [(one, LEAD_INCREMENTS) for one in (self.start, self.ways[0][-1], self.start)]
+        path += [(one, 1) for way in self.ways for one in way]
         stages = [{self.motion: one, "increments": number, "spacing": "equal"} for one, number in path]
         data = {key: value for key, value in data.items() if key not in ("expect", "output")}
         data |= {"load_path": [*data["load_path"][: self.pressing], *stages], "output": {"fields": []}}
@@ -98,15 +97,13 @@ class LoopModel:
 
     def branches(self, values: Sequence[float]) -> Branches:
         """Solve the loop at values of the parameters. Raises NoSolutionError, CaseError."""
-        stages: dict[int, list[Summary]] = {}
-        for state in run(set_up(self.case(values), self.compiled)):
-            stages.setdefault(state.summary.stage, []).append(state.summary)
-        *_, before, first, second = stages.values()
-        ways = [[before[-1], *first], [first[-1], *second]]
+        history = [state.summary for state in run(set_up(self.case(values), self.compiled))]
+        first, second = map(len, self.ways)
+        ways = history[-second - first - 1 : -second], history[-second - 1 :]
         motion, force = (
             [np.array([getattr(one, name) for one in way]) for way in ways] for name in (self.motion, FORCE)
         )
-        slides = any(one.contact_cells > 0 and one.stick_cells == 0 for one in (*first, *second))
+        slides = any(one.contact_cells > 0 and one.stick_cells == 0 for way in ways for one in way[1:])
         return Branches((motion[0], motion[1]), (force[0], force[1]), slides)
 
 

@@ -55,6 +55,9 @@ def _read(name: str, text: CaseText, case: Case) -> Parameter:
     origin, effective = f"--for {name}", case.effective()
     probe = text.overridden([f"{name}=1"], "--for")
     key = probe.source.overrides[-1].key if len(probe.source.overrides) > len(text.source.overrides) else ()
+    for problem in probe.problems[len(text.problems) :]:  # as for an entry that a list does not have
+        if problem.key and problem.key[0] in (*OF_THE_CONTACT, "stage"):
+            raise CaseError(problem.message, (), origin)
     value = _at(text.data, key)
     if value is None:
         value = _at(effective, key)  # a default, or the constant of a material

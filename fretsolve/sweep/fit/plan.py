@@ -69,12 +69,12 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
     loop = cut(force, moved, request.loop, offset=request.offset)
     if len(loop.force) <= len(parameters) + 2:
         raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
-    fine = LoopModel(text, pressing, motion, loop.ends, parameters, None, FINE_INCREMENTS)
+    ways, coarse_ways = ((loop.way(0, n), loop.way(1, n)) for n in (FINE_INCREMENTS, COARSE_INCREMENTS))
+    fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, None)
     saved = USUAL_LOOPS * set_up(fine.case([one.start for one in parameters])).seconds_saved
     fine = replace(fine, compiled=compiling_pays(saved))
-    coarse = replace(fine, points=COARSE_POINTS, increments=COARSE_INCREMENTS)
     # a row of cells is solved as fast as a coarse one
     points = case.grid.points
-    is_coarse = case.plane is not None or (points is not None and max(points) <= COARSE_POINTS)
-    models = (replace(fine, increments=COARSE_INCREMENTS),) if is_coarse else (coarse, fine)
-    return FitPlan(request, text, case, parameters, loop, models)
+    is_fine = case.plane is None and (points is None or max(points) > COARSE_POINTS)
+    coarse = replace(fine, points=COARSE_POINTS if is_fine else None, ways=coarse_ways)
+    return FitPlan(request, text, case, parameters, loop, (coarse, fine))
