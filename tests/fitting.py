@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from fretsolve.errors import SlidingError
 from fretsolve.sweep.fit.model_loop import Branches, LoopModel
@@ -31,32 +32,33 @@ load_path:
 """
 
 
-def mindlin_branch(friction: float, stiffness: float, reach: float) -> tuple[Array, Array]:
+def mindlin_branch(friction: float, stiffness: float, reach: float, soft: float = 1.0) -> tuple[Array, Array]:
     """Motion of the actuator (mm) and force (N) from the turn at `reach` to the one at `-reach`, once settled.
 
-    stiffness: of the spring in series (N/mm).
+    stiffness: of the spring in series (N/mm); soft: compliance of the bodies over that of steel.
     """
     slip = friction * P
-    whole = 3.0 * slip * SHEAR / (16.0 * RADIUS)
+    whole = 3.0 * slip * soft * SHEAR / (16.0 * RADIUS)
 
     def motion(force: Array) -> Array:
         return whole * (1.0 - (1.0 - force / slip) ** (2.0 / 3.0)) + force / stiffness
 
     # from a turn on the force falls along the first loading, twice as large (Masing)
-    steps = slip * (1.0 - np.linspace(1.0, 0.0, 4000) ** 1.5)
-    ways = motion(steps)
-    most = float(np.interp(reach, ways, steps))
-    steps = np.append(steps[steps < most], most)
+    most = slip if motion(np.array(slip)) <= reach else brentq(lambda force: motion(np.array(force)) - reach, 0.0, slip)
+    steps = most * (1.0 - np.linspace(1.0, 0.0, 400) ** 1.5)
     found, force = reach - 2.0 * motion(steps), most - 2.0 * steps
-    if found[-1] > -reach:
-        found, force = np.append(found, -reach), np.append(force, force[-1])
+    if found[-1] > -(1.0 - 1e-6) * reach:
+        found, force = (
+            np.append(found, np.linspace(found[-1], -reach, 20)[1:]),
+            np.append(force, np.full(19, force[-1])),
+        )
     return found, force
 
 
 def mindlin_branches(model: LoopModel, values: Sequence[float]) -> Branches:
     """Cattaneo's and Mindlin's loop in place of `LoopModel.branches`.
 
-    The parameters may be friction, rig.stiffness_x (kN/mm) and the modulus of a body (GPa). Friction below 0.001 slides.
+    The parameters may be friction, rig.stiffness_x (kN/mm), moduli (GPa). Friction below 0.001 has no solution.
     """
     given = {"friction": 0.1, "rig.stiffness_x": 50.0, "bodies.0.young_modulus": 200.0, "bodies.1.young_modulus": 200.0}
     given |= dict(zip([one.name for one in model.parameters], values, strict=True))
@@ -64,7 +66,7 @@ def mindlin_branches(model: LoopModel, values: Sequence[float]) -> Branches:
         raise SlidingError("nothing holds it")
     soft = 100.0 / given["bodies.0.young_modulus"] + 100.0 / given["bodies.1.young_modulus"]
     reach = 0.5 * abs(model.start - model.ways[0][-1])
-    motion, force = mindlin_branch(given["friction"], 1e3 * given["rig.stiffness_x"] / soft, reach)
+    motion, force = mindlin_branch(given["friction"], 1e3 * given["rig.stiffness_x"], reach, soft)
     down, up = (motion, force), (-motion, -force)
     first, second = (down, up) if model.start > model.ways[0][-1] else (up, down)
     slides = bool(force[-1] <= -(1.0 - 1e-9) * given["friction"] * P)

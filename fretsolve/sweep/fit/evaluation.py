@@ -15,7 +15,7 @@ from fretsolve.sweep.fit.measured_loop import MeasuredLoop
 from fretsolve.sweep.fit.model_loop import Branches, LoopModel
 from fretsolve.system.arrays import DoubleArray
 
-STEP = 0.01
+STEP = 0.02
 """Relative change of a parameter for a derivative."""
 
 WORTH_PROCESSES = 1.0
@@ -107,6 +107,15 @@ class Evaluator:
         derivatives: DoubleArray = (ahead - back).T / (2.0 * STEP)
         return derivatives
 
+    def by_turns(self, coordinates: DoubleArray) -> DoubleArray:
+        """Return what the residuals are off by where each turn of the motion is off by its error ``(n, 3)``."""
+        values = self.values(coordinates)
+        ahead, back = (self._residuals(self._model.stretched(1.0 + step).branches(values)) for step in (STEP, -STEP))
+        by_reach = (ahead - back) / (2.0 * STEP * self._model.reach)
+        slope = self.branches(coordinates).at(self._loop)[1] / self._loop.range
+        found = [self._without_drift(slope * moved) + by_reach * reach for moved, reach in self._loop.errors]
+        return np.stack(found, axis=1)
+
     def _beside(self, coordinates: DoubleArray, *steps: float) -> DoubleArray:
         """Return the residuals at coordinates of which each in turn has made each step ``(steps p, n)``."""
         points = [coordinates + step * one for step in steps for one in np.eye(len(coordinates))]
@@ -123,6 +132,8 @@ class Evaluator:
         return [one.value(float(c)) for one, c in zip(self._model.parameters, coordinates, strict=True)]
 
     def _residuals(self, branches: Branches) -> DoubleArray:
-        found = (branches.at(self._loop) - self._loop.force) / self._loop.range
-        rest: DoubleArray = found - self._basis @ (self._basis.T @ found)
+        return self._without_drift((branches.at(self._loop)[0] - self._loop.force) / self._loop.range)
+
+    def _without_drift(self, forces: DoubleArray) -> DoubleArray:
+        rest: DoubleArray = forces - self._basis @ (self._basis.T @ forces)
         return rest

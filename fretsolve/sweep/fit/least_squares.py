@@ -64,7 +64,7 @@ class Fit:
     @property
     def noise(self) -> float:
         """Standard deviation of the force along the loop by its noise and by the noise of the motion (N)."""
-        loop, slopes = self.plan.loop, self.branches.at(self.plan.loop, derivative=1)
+        loop, (_, slopes) = self.plan.loop, self.branches.at(self.plan.loop)
         return float(np.hypot(loop.force_noise, loop.motion_noise * np.sqrt(np.mean(slopes**2))))
 
     @property
@@ -132,20 +132,22 @@ def fit_loop(plan: FitPlan, jobs: int = 1, show: Show = lambda *_: None) -> Fit:
             )
             found = search.x
         branches, sensitivity = evaluator.branches(found), loop.range * search.jac
-    computed = branches.at(loop)
+        # what a turn is off by moves the loop as a whole
+        off = loop.range * evaluator.by_turns(found)
+    computed, _ = branches.at(loop)
     drift = basis @ (basis.T @ (loop.force - computed))
     freedom = len(loop.force) - len(found) - basis.shape[1]
     residual = loop.force - computed - drift
     return Fit(
         plan,
         np.array(evaluator.values(found)),
-        covariance(sensitivity, residual, freedom),
+        covariance(sensitivity, residual, off),
         sensitivity,
         computed + drift,
         drift,
         freedom,
         branches,
-        solver.solved,
+        solver.solved + 2,
         time.perf_counter() - began,
     )
 
@@ -156,15 +158,19 @@ def drift_basis(loop: MeasuredLoop) -> DoubleArray:
     return np.linalg.qr(columns)[0]
 
 
-def covariance(sensitivity: DoubleArray, residual: DoubleArray, freedom: int) -> DoubleArray:
+def covariance(sensitivity: DoubleArray, residual: DoubleArray, common: DoubleArray) -> DoubleArray:
     """Return the covariance ``(p, p)`` of the parameters, for residuals whose size may differ along the loop.
 
+    common: errors of all points together ``(n, k)``, one standard deviation of each.
+
     Where the loop is steep, noise of the motion adds to that of the force; so each point counts with its own residual
-    (White, Econometrica 48, 1980, 817).
+    (MacKinnon and White, Journal of Econometrics 29, 1985, 305).
     """
     left, sizes, directions = np.linalg.svd(sensitivity, full_matrices=False)
     least = 1e-9 * max(float(np.linalg.norm(residual)), float(sizes.max()))
     inverse = directions.T @ (left / np.maximum(sizes, least)).T
-    weighted = inverse * residual * math.sqrt(len(residual) / freedom)
-    found: DoubleArray = weighted @ weighted.T
+    leverage = np.sum(left**2, axis=1)
+    weighted = inverse * (residual / (1.0 - leverage))
+    shared = inverse @ common
+    found: DoubleArray = weighted @ weighted.T + shared @ shared.T
     return found

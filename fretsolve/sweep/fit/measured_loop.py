@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +20,7 @@ TURN = 0.25
 GAP = 0.05
 """Part of the motion's range that may be missing where a record of one cycle is closed."""
 
-NEAR = 0.15
+NEAR = 0.12
 """Part of a half cycle on each side of a turn that tells where the motion turned."""
 
 
@@ -28,8 +30,15 @@ SMOOTHED = 25
 EVEN = 0.2
 """Part of an increment that is equally long for all, so that none vanishes."""
 
-Turn = tuple[int, float]
-"""A point of a record at which the motion turns, and the motion there (mm)."""
+
+class Turn(NamedTuple):
+    """A point of a record at which the motion turns, the motion there (mm), and the variance of that motion over the
+    variance of noise.
+    """
+
+    place: int
+    motion: float
+    variance: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +46,8 @@ class MeasuredLoop:
     """The last whole cycle of a record: force (N) and motion (mm) ``(n,)``, from a turn to the next and back.
 
     ends: the motion at the three turns; branch: 0 or 1, the half cycle of each point; time: its place in the record,
-    in cycles. force_noise, motion_noise: their standard deviations along the record (N, mm).
+    in cycles. force_noise, motion_noise: standard deviations of noise (N, mm). errors: by how much the
+    motion ``(n,)`` and half the way between the turns (mm) are off where one of the turns is off by its error.
     """
 
     force: DoubleArray
@@ -47,6 +57,7 @@ class MeasuredLoop:
     ends: tuple[float, float, float]
     force_noise: float
     motion_noise: float
+    errors: list[tuple[DoubleArray, float]]
 
     def way(self, branch: int, count: int) -> tuple[float, ...]:
         """Return `count` motions along a half cycle, the last one at its end: closer where the force changes more."""
@@ -75,14 +86,34 @@ def cut(force: DoubleArray, motion: DoubleArray, path: Path, *, offset: bool) ->
     """
     parts, turns = _last_cycle(motion, path)
     order, branch = np.concatenate(parts), np.repeat((0, 1), [len(part) for part in parts])
-    # the drift of the motion is what a turn and its return one cycle later differ by
-    (first, start), (middle, turned), (last, end) = turns
-    trend = (end - start) / (last - first) if offset and last != first else 0.0
-    zero = 0.5 * (start + turned - trend * (middle - first)) if offset else 0.0
-    moved = motion[order] - trend * (order - first) - zero
-    ends = [value - trend * (turn - first) - zero for turn, value in turns]
-    noises = _noise(force), _noise(motion)
-    return MeasuredLoop(force[order], moved, branch, order / len(order), (ends[0], ends[1], ends[2]), *noises)
+    moved, ends = _placed(motion[order], order, turns, offset)
+    force_noise, motion_noise = _noise(force), _noise(motion)
+    errors = []
+    for place, turn in enumerate(turns):
+        off = turn._replace(motion=turn.motion + motion_noise * math.sqrt(turn.variance))
+        others = _placed(motion[order], order, [*turns[:place], off, *turns[place + 1 :]], offset)
+        errors.append((others[0] - moved, _reach(others[1]) - _reach(ends)))
+    return MeasuredLoop(force[order], moved, branch, order / len(order), ends, force_noise, motion_noise, errors)
+
+
+def _placed(
+    motion: DoubleArray, order: IndexArray, turns: Sequence[Turn], offset: bool
+) -> tuple[DoubleArray, tuple[float, float, float]]:
+    """Return the motion of a cycle about its middle and without drift, and so its turns; as they are without `offset`.
+
+    The drift is what a turn and its return one cycle later differ by.
+    """
+    first, middle, last = turns
+    if not offset:
+        return motion, (first.motion, middle.motion, last.motion)
+    trend = (last.motion - first.motion) / (last.place - first.place) if last.place != first.place else 0.0
+    turned = middle.motion - trend * (middle.place - first.place)
+    zero = 0.5 * (first.motion + turned)
+    return motion - trend * (order - first.place) - zero, (first.motion - zero, turned - zero, first.motion - zero)
+
+
+def _reach(ends: tuple[float, float, float]) -> float:
+    return 0.5 * abs(ends[0] - ends[1])
 
 
 def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list[Turn]]:
@@ -153,16 +184,18 @@ def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
     """
     near = np.arange(max(0, turn - width), min(len(motion), turn + width + 1))
     way = np.sign(motion[turn] - np.mean(motion[near]))
-    best, found = np.inf, (turn, float(motion[turn]))
+    best, found = np.inf, Turn(turn, float(motion[turn]), 1.0)
     for place in near[np.abs(near - turn) <= width // 2][:: 1 + width // 20]:
         away = (near - place) / width
         before, after = np.minimum(away, 0.0), np.maximum(away, 0.0)
         design = np.stack([np.ones(len(near)), before, before**2, after, after**2], axis=1)
-        curve = design @ np.linalg.lstsq(design, motion[near], rcond=None)[0]
+        basis, sizes, _ = np.linalg.svd(design, full_matrices=False)
+        basis = basis[:, sizes > 1e-9 * sizes[0]]
+        curve = basis @ (basis.T @ motion[near])
         error = float(np.sum((curve - motion[near]) ** 2))
         if error < best:
             extreme = int(np.argmax(way * curve))
-            best, found = error, (int(near[extreme]), float(curve[extreme]))
+            best, found = error, Turn(int(near[extreme]), float(curve[extreme]), float(np.sum(basis[extreme] ** 2)))
     return found
 
 

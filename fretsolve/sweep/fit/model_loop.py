@@ -41,19 +41,25 @@ class Branches:
     def curves(self, points: int) -> tuple[DoubleArray, DoubleArray]:
         """Return motion and force along the loop, at `points` places of each half cycle."""
         ways = [np.linspace(motion[0], motion[-1], points) for motion in self.motion]
-        return np.concatenate(ways), np.concatenate([self._curve(branch)(ways[branch]) for branch in (0, 1)])
+        forces = [self._force(branch, way)[0] for branch, way in enumerate(ways)]
+        return np.concatenate(ways), np.concatenate(forces)
 
-    def at(self, loop: MeasuredLoop, derivative: int = 0) -> DoubleArray:
-        """Return the force at the measured motions ``(n,)``, or its derivative by the motion."""
-        found = np.empty(len(loop.motion))
+    def at(self, loop: MeasuredLoop) -> DoubleArray:
+        """Return the force at the measured motions and its derivative by the motion ``(2, n)``."""
+        found = np.empty((2, len(loop.motion)))
         for branch in (0, 1):
             here = loop.branch == branch
-            found[here] = self._curve(branch)(loop.motion[here], derivative, extrapolate=True)
+            found[:, here] = self._force(branch, loop.motion[here])
         return found
 
-    def _curve(self, branch: int) -> Akima1DInterpolator:
+    def _force(self, branch: int, motion: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
+        """Return the force on a half cycle and its derivative; beyond the ends, where noise leads, on the tangent."""
         order = np.argsort(self.motion[branch])
-        return Akima1DInterpolator(self.motion[branch][order], self.force[branch][order])
+        nodes = self.motion[branch][order]
+        curve = Akima1DInterpolator(nodes, self.force[branch][order])
+        inside = np.clip(motion, nodes[0], nodes[-1])
+        slope = curve(inside, 1)
+        return curve(inside) + slope * (motion - inside), slope
 
 
 def area(motion: DoubleArray, force: DoubleArray) -> float:
@@ -94,6 +100,18 @@ class LoopModel:
         if self.points is not None:
             data = replaced(data, ("grid", "points"), self.points)
         return replace(self.text, data=data).case()
+
+    def stretched(self, factor: float) -> LoopModel:
+        """Return the model on a way that is longer by a factor, about its middle."""
+        turn = self.ways[0][-1]
+        middle = 0.5 * (self.start + turn)
+        start, *ways = (tuple(middle + factor * (one - middle) for one in way) for way in ((self.start,), *self.ways))
+        return replace(self, start=start[0], ways=(ways[0], ways[1]))
+
+    @property
+    def reach(self) -> float:
+        """Half the way between the turns."""
+        return 0.5 * abs(self.start - self.ways[0][-1])
 
     def branches(self, values: Sequence[float]) -> Branches:
         """Solve the loop at values of the parameters. Raises NoSolutionError, CaseError."""
