@@ -24,6 +24,9 @@ NEAR = 0.12
 """Part of a half cycle on each side of a turn that tells where the motion turned."""
 
 
+FAR_BETTER = 6.0
+"""Ratio of variances (F) from which a turn has an edge."""
+
 SMOOTHED = 25
 """Points of a smoothed half cycle, of which the others are means."""
 
@@ -179,24 +182,31 @@ def _turns(motion: DoubleArray) -> list[int]:
 def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
     """Return where a motion turns, and the motion there, both near the point `turn`, which noise has chosen.
 
-    That is the extreme of the curve that fits best: a parabola before and one behind a point, which meet there. It may
-    have an edge, as a triangular motion has, and lets noise average out. width: points on each side.
+    That is the extreme of a parabola through the points near it, or, where that fits far better, of two parabolas that
+    meet at an edge, as a triangular motion has. width: points on each side.
     """
     near = np.arange(max(0, turn - width), min(len(motion), turn + width + 1))
-    way = np.sign(motion[turn] - np.mean(motion[near]))
-    best, found = np.inf, Turn(turn, float(motion[turn]), 1.0)
+    way, ones = np.sign(motion[turn] - np.mean(motion[near])), np.ones(len(near))
+    away = (near - turn) / width
+    error, found = _extreme(np.stack([ones, away, away**2], axis=1), motion[near], way)
+    edges = []
     for place in near[np.abs(near - turn) <= width // 2][:: 1 + width // 20]:
         away = (near - place) / width
         before, after = np.minimum(away, 0.0), np.maximum(away, 0.0)
-        design = np.stack([np.ones(len(near)), before, before**2, after, after**2], axis=1)
-        basis, sizes, _ = np.linalg.svd(design, full_matrices=False)
-        basis = basis[:, sizes > 1e-9 * sizes[0]]
-        curve = basis @ (basis.T @ motion[near])
-        error = float(np.sum((curve - motion[near]) ** 2))
-        if error < best:
-            extreme = int(np.argmax(way * curve))
-            best, found = error, Turn(int(near[extreme]), float(curve[extreme]), float(np.sum(basis[extreme] ** 2)))
-    return found
+        edges.append(_extreme(np.stack([ones, before, before**2, after, after**2], axis=1), motion[near], way))
+    least, edge = min(edges, key=lambda one: one[0])
+    freedom = max(len(near) - 6, 1)  # two more parabolas' numbers, and the place
+    found = edge if (error - least) * freedom > 3.0 * FAR_BETTER * least else found
+    return found._replace(place=int(near[found.place]))
+
+
+def _extreme(design: DoubleArray, values: DoubleArray, way: float) -> tuple[float, Turn]:
+    """Return the squared error of a curve that fits `values`, and its extreme, by its number among the values."""
+    basis, sizes, _ = np.linalg.svd(design, full_matrices=False)
+    basis = basis[:, sizes > 1e-9 * sizes[0]]
+    curve = basis @ (basis.T @ values)
+    place = int(np.argmax(way * curve))
+    return float(np.sum((curve - values) ** 2)), Turn(place, float(curve[place]), float(np.sum(basis[place] ** 2)))
 
 
 def _noise(record: DoubleArray) -> float:

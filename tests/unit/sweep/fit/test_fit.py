@@ -162,7 +162,7 @@ def test_command_and_its_files(tmp_path: Path) -> None:
     for row, true in zip(rows, (0.1, 50.0), strict=True):
         assert float(row["lower_95"]) < float(row["value"]) < float(row["upper_95"])
         assert float(row["value"]) == pytest.approx(true, rel=0.02)
-    assert rows[0]["correlation friction"] == "1.0"
+    assert float(rows[0]["correlation friction"]) == pytest.approx(1.0)
     assert (tmp_path / "loop.fit.png").read_bytes()[1:4] == b"PNG"
     # the case that was found keeps its comments
     text = (tmp_path / "loop.fit.yaml").read_text()
@@ -202,7 +202,7 @@ def test_exit_codes(tmp_path: Path) -> None:
     assert "is not a list of names" in refused(2, *words, "friction,,")
     assert "is not two headings" in refused(2, *words, "friction", "--columns", "Qx")
     assert "would replace the measured loop" in refused(2, *words, "friction", "-o", tmp_path / "loop")
-    assert refused(3, *words, "rig.stiffness_x", "--set", "friction=1e-4", "-q") == "nothing holds it\n"
+    assert refused(3, *words, "friction", "--set", "friction=1e-4", "-q") == "nothing holds it\n"
     loop.unlink()
     assert refused(4, *words, "friction") == f"{loop}: cannot be read: No such file or directory\n"
 
