@@ -214,7 +214,8 @@ def study(out: Path | None, quiet: bool, **options: Any) -> int:
     "--columns",
     callback=pair_of_list,
     metavar="FORCE,MOTION",
-    help="The columns with the force and the motion along x, by default Qx and actuator_x, or delta_x without a rig.",
+    help="The columns with the force and the motion along x, by default Qx and actuator_x, or delta_x without a rig. A"
+    " column of another name is the motion of the default; delta_x is that of the contact with a rig as well.",
 )
 @click.option(
     "--offset/--no-offset", default=True, help="Find offset and drift of force and motion, too, or take none."

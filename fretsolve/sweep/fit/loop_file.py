@@ -77,9 +77,15 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))]
 
 
+def bare_name(heading: str) -> str:
+    """Return a heading without its unit."""
+    match = _HEADING.match(heading)
+    return match[1] if match else heading
+
+
 def _column(headings: Sequence[str], name: str, path: Path, line: int) -> int:
     """Return the number of the column with this heading, whose unit may be left out."""
-    bare = [match[1] if (match := _HEADING.match(heading)) else heading for heading in headings]
+    bare = list(map(bare_name, headings))
     for candidates in (headings, bare):
         found = [index for index, one in enumerate(candidates) if one == name]
         if len(found) > 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,7 @@ class Turn(NamedTuple):
     variance of noise.
     """
 
-    place: int
+    place: float
     motion: float
     variance: float
 
@@ -124,7 +124,8 @@ def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list
 
     A record of one cycle may start anywhere: its end then goes on at its start.
     """
-    turns, whole = _turns(motion), (1.0 - GAP) * float(np.ptp(motion))
+    turns = _turns(motion)
+    whole = (1.0 - GAP) * float(np.ptp(motion)) - float(np.abs(np.diff(motion)).max())
     times = ("never", "once", "twice", "often")[min(len(turns), 3)]
     first = _farthest(motion, np.arange(turns[0]), turns[0]) if turns else 0
     last = _farthest(motion, np.arange(turns[-1], len(motion)), turns[-1]) if turns else 0
@@ -186,27 +187,39 @@ def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
     meet at an edge, as a triangular motion has. width: points on each side.
     """
     near = np.arange(max(0, turn - width), min(len(motion), turn + width + 1))
-    way, ones = np.sign(motion[turn] - np.mean(motion[near])), np.ones(len(near))
-    away = (near - turn) / width
-    error, found = _extreme(np.stack([ones, away, away**2], axis=1), motion[near], way)
+    way = float(np.sign(motion[turn] - np.mean(motion[near])))
+    error, found = _extreme(_parabola, (near - turn) / width, motion[near], way)
     edges = []
-    for place in near[np.abs(near - turn) <= width // 2][:: 1 + width // 20]:
-        away = (near - place) / width
-        before, after = np.minimum(away, 0.0), np.maximum(away, 0.0)
-        edges.append(_extreme(np.stack([ones, before, before**2, after, after**2], axis=1), motion[near], way))
+    for place in range(turn - width // 2, turn + width // 2 + 1, 1 + width // 20):
+        least, edge = _extreme(_edge, (near - place) / width, motion[near], way)
+        edges.append((least, edge._replace(place=place + edge.place * width)))
     least, edge = min(edges, key=lambda one: one[0])
     freedom = max(len(near) - 6, 1)  # two more parabolas' numbers, and the place
+    found = found._replace(place=turn + found.place * width)
     found = edge if (error - least) * freedom > 3.0 * FAR_BETTER * least else found
-    return found._replace(place=int(near[found.place]))
+    return found._replace(place=int(np.clip(round(found.place), near[0], near[-1])))
 
 
-def _extreme(design: DoubleArray, values: DoubleArray, way: float) -> tuple[float, Turn]:
-    """Return the squared error of a curve that fits `values`, and its extreme, by its number among the values."""
-    basis, sizes, _ = np.linalg.svd(design, full_matrices=False)
-    basis = basis[:, sizes > 1e-9 * sizes[0]]
-    curve = basis @ (basis.T @ values)
-    place = int(np.argmax(way * curve))
-    return float(np.sum((curve - values) ** 2)), Turn(place, float(curve[place]), float(np.sum(basis[place] ** 2)))
+def _parabola(x: DoubleArray) -> DoubleArray:
+    return np.stack([np.ones_like(x), x, x**2], axis=1)
+
+
+def _edge(x: DoubleArray) -> DoubleArray:
+    before, after = np.minimum(x, 0.0), np.maximum(x, 0.0)
+    return np.stack([np.ones_like(x), before, before**2, after, after**2], axis=1)
+
+
+def _extreme(
+    curve: Callable[[DoubleArray], DoubleArray], x: DoubleArray, values: DoubleArray, way: float
+) -> tuple[float, Turn]:
+    """Return the squared error of the curve that fits `values` at `x` best, and its extreme with the place in `x`."""
+    inverse = np.linalg.pinv(curve(x))
+    found = inverse @ values
+    fine = np.linspace(x[0], x[-1], 10 * (len(x) - 1) + 1)
+    place = int(np.argmax(way * (curve(fine) @ found)))
+    row = curve(fine[place : place + 1])[0]
+    error = float(np.sum((curve(x) @ found - values) ** 2))
+    return error, Turn(float(fine[place]), float(row @ found), float(np.sum((row @ inverse) ** 2)))
 
 
 def _noise(record: DoubleArray) -> float:

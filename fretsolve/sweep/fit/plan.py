@@ -11,7 +11,7 @@ from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.problem.setup.problem import compiling_pays
 from fretsolve.simulation.problem_setup import set_up
-from fretsolve.sweep.fit.loop_file import read_loop_file
+from fretsolve.sweep.fit.loop_file import bare_name, read_loop_file
 from fretsolve.sweep.fit.measured_loop import MeasuredLoop, cut
 from fretsolve.sweep.fit.model_loop import (
     ACTUATOR,
@@ -63,8 +63,14 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
         raise case.source.problem("a fit follows one settled cycle, without wear; leave it out", ("wear",))
     parameters = read_parameters(request.names, text, case)
     pressing = pressing_entries(text, case)
-    motion = MOTION if case.rig is None else ACTUATOR
-    columns = request.columns or (FORCE, motion)
+    usual = MOTION if case.rig is None else ACTUATOR
+    columns = request.columns or (FORCE, usual)
+    named = bare_name(columns[1])
+    motion = named if named in (MOTION, ACTUATOR) else usual
+    if motion == ACTUATOR and case.rig is None:
+        raise CaseError(
+            "is known with a rig alone; add rig: {stiffness_x: 50 kN/mm} to the case", (), "--columns actuator_x"
+        )
     force, moved = read_loop_file(request.loop, columns, (case.dimensions[FORCE], case.dimensions[motion]))
     loop = cut(force, moved, request.loop, offset=request.offset)
     if len(loop.force) <= len(parameters) + 2:

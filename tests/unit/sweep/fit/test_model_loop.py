@@ -50,6 +50,21 @@ def test_motion_of_the_contact_without_a_rig(tmp_path: Path) -> None:
     assert model.motion == "delta_x"
 
 
+def test_columns_name_the_motion(tmp_path: Path) -> None:
+    loop = write_record(tmp_path / "loop.csv", record(mindlin_branch(0.1, 50e3, 4e-3)), "delta_x (um)")
+    request = FitRequest(write_case(tmp_path, FIT_CASE), (), loop, ("friction",), ("Qx", "delta_x (um)"))
+    assert make_fit_plan(request).models[-1].motion == "delta_x"
+    loop.write_text(loop.read_text().replace("delta_x", "Stroke").replace("Qx", "Load"))
+    request = FitRequest(request.case, (), loop, ("friction",), ("Load", "Stroke"))
+    assert make_fit_plan(request).models[-1].motion == "actuator_x"
+    no_rig = FIT_CASE.replace("rig: {stiffness_x: 70 kN/mm}", "").replace("actuator_x", "delta_x")
+    request = FitRequest(write_case(tmp_path, no_rig), (), loop, ("friction",), ("Load", "actuator_x"))
+    with pytest.raises(CaseError) as caught:
+        make_fit_plan(request)
+    said = "--columns actuator_x: is known with a rig alone; add rig: {stiffness_x: 50 kN/mm} to the case"
+    assert str(caught.value) == said
+
+
 @pytest.mark.parametrize(
     ("stages", "said"),
     [
