@@ -65,7 +65,8 @@ class Fit:
     def noise(self) -> float:
         """Standard deviation of the force along the loop by its noise and by the noise of the motion (N)."""
         loop, (_, slopes) = self.plan.loop, self.branches.at(self.plan.loop)
-        return float(np.hypot(loop.force_noise, loop.motion_noise * np.sqrt(np.mean(slopes**2))))
+        left = max(loop.motion_noise**2 - loop.hidden**2, 0.0)
+        return float(np.sqrt(loop.force_noise**2 + left * np.mean(slopes**2)))
 
     @property
     def quantile(self) -> float:
@@ -134,14 +135,15 @@ def fit_loop(plan: FitPlan, jobs: int = 1, show: Show = lambda *_: None) -> Fit:
         branches, sensitivity = evaluator.branches(found), loop.range * search.jac
         # what a turn is off by moves the loop as a whole
         off = loop.range * evaluator.by_turns(found)
-    computed, _ = branches.at(loop)
+    computed, slope = branches.at(loop)
     drift = basis @ (basis.T @ (loop.force - computed))
     freedom = len(loop.force) - len(found) - basis.shape[1]
     residual = loop.force - computed - drift
+    # smoothing of the motion hides noise that its mean values still have
     return Fit(
         plan,
         np.array(evaluator.values(found)),
-        covariance(sensitivity, residual, off),
+        covariance(sensitivity, np.hypot(residual, slope * loop.hidden), off),
         sensitivity,
         computed + drift,
         drift,

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from fretsolve.errors import CaseError
 from fretsolve.sweep.fit.loop_file import FEWEST_POINTS
@@ -26,6 +27,9 @@ NEAR = 0.12
 
 FAR_BETTER = 6.0
 """Ratio of variances (F) from which a turn has an edge."""
+
+SMOOTHING = 0.1
+"""Part of a half cycle whose parabola smooths the motion in its middle."""
 
 SMOOTHED = 25
 """Points of a smoothed half cycle, of which the others are means."""
@@ -49,8 +53,9 @@ class MeasuredLoop:
     """The last whole cycle of a record: force (N) and motion (mm) ``(n,)``, from a turn to the next and back.
 
     ends: the motion at the three turns; branch: 0 or 1, the half cycle of each point; time: its place in the record,
-    in cycles. force_noise, motion_noise: standard deviations of noise (N, mm). errors: by how much the
-    motion ``(n,)`` and half the way between the turns (mm) are off where one of the turns is off by its error.
+    in cycles. force_noise, motion_noise: standard deviations of noise (N, mm); hidden: what smoothing has taken out of
+    the motion, whose noise would make a loop less steep. errors: by how much the motion ``(n,)`` and half the way
+    between the turns (mm) are off where one of the turns is off by its error.
     """
 
     force: DoubleArray
@@ -60,6 +65,7 @@ class MeasuredLoop:
     ends: tuple[float, float, float]
     force_noise: float
     motion_noise: float
+    hidden: float
     errors: list[tuple[DoubleArray, float]]
 
     def way(self, branch: int, count: int) -> tuple[float, ...]:
@@ -89,14 +95,18 @@ def cut(force: DoubleArray, motion: DoubleArray, path: Path, *, offset: bool) ->
     """
     parts, turns = _last_cycle(motion, path)
     order, branch = np.concatenate(parts), np.repeat((0, 1), [len(part) for part in parts])
-    moved, ends = _placed(motion[order], order, turns, offset)
     force_noise, motion_noise = _noise(force), _noise(motion)
+    smooth = _smoothed(motion, parts, motion_noise)[order]
+    hidden = float(np.std(motion[order] - smooth))
+    moved, ends = _placed(smooth, order, turns, offset)
     errors = []
     for place, turn in enumerate(turns):
         off = turn._replace(motion=turn.motion + motion_noise * math.sqrt(turn.variance))
-        others = _placed(motion[order], order, [*turns[:place], off, *turns[place + 1 :]], offset)
+        others = _placed(smooth, order, [*turns[:place], off, *turns[place + 1 :]], offset)
         errors.append((others[0] - moved, _reach(others[1]) - _reach(ends)))
-    return MeasuredLoop(force[order], moved, branch, order / len(order), ends, force_noise, motion_noise, errors)
+    return MeasuredLoop(
+        force[order], moved, branch, order / len(order), ends, force_noise, motion_noise, hidden, errors
+    )
 
 
 def _placed(
@@ -220,6 +230,18 @@ def _extreme(
     row = curve(fine[place : place + 1])[0]
     error = float(np.sum((curve(x) @ found - values) ** 2))
     return error, Turn(float(fine[place]), float(row @ found), float(np.sum((row @ inverse) ** 2)))
+
+
+def _smoothed(motion: DoubleArray, parts: Sequence[IndexArray], noise: float) -> DoubleArray:
+    """Return a motion whose half cycles are smooth, where smoothing takes out no more than noise."""
+    found = motion.copy()
+    for part in parts:
+        window = round(SMOOTHING * len(part)) | 1
+        for piece in np.split(part, np.flatnonzero(np.diff(part) != 1) + 1):
+            if 5 <= window <= len(piece):
+                smooth = savgol_filter(motion[piece], window, 2)
+                found[piece] = smooth if np.std(smooth - motion[piece]) <= 1.5 * noise else motion[piece]
+    return found
 
 
 def _noise(record: DoubleArray) -> float:
