@@ -6,6 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Iterator
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,9 @@ FIRST_COLUMNS = "parameter,value,lower_95,upper_95,"
 
 MISFIT = 0.005
 """Part of the loop's range that the residual may exceed twice the noise by: coarse grids and thin loops take it."""
+
+HARDLY_APART = 0.95
+"""Correlation of two parameters from which their bounds are three times as wide as with one of them known."""
 
 IN_SERIES = ("rig.", "interface.")
 """Beginnings of the names of what gives in series with the contact."""
@@ -65,7 +69,16 @@ def notes(fit: Fit) -> Iterator[str]:
     if fit.plan.request.offset:
         start, end = fit.drift[np.argmin(loop.time)], fit.drift[np.argmax(loop.time)]
         yield f"taken off the force: {start:.3g} {force} at the start of the cycle, {end:.3g} {force} at its end"
+    yield from hardly_apart([one.name for one in fit.plan.parameters], fit.correlation)
     yield f"loops solved: {fit.solved} in {fit.seconds:.3g} s"
+
+
+def hardly_apart(names: list[str], correlation: DoubleArray) -> Iterator[str]:
+    """Yield a line on each two parameters that the loop tells apart by little: one can make up for the other."""
+    for one, other in combinations(range(len(names)), 2):
+        if abs(correlation[one, other]) > HARDLY_APART:
+            number = f"correlation {correlation[one, other]:.3f}"
+            yield f"{names[one]} and {names[other]} are hardly told apart ({number}): fix one of them if it is known"
 
 
 def doubts(fit: Fit) -> Iterator[str]:

@@ -16,7 +16,7 @@ from fretsolve.case.loading import load_case
 from fretsolve.sweep.fit.least_squares import Fit, covariance, fit_loop
 from fretsolve.sweep.fit.model_loop import LoopModel
 from fretsolve.sweep.fit.plan import FitRequest, make_fit_plan
-from fretsolve.sweep.fit.report import doubts, exceeded, undetermined_words
+from fretsolve.sweep.fit.report import doubts, exceeded, hardly_apart, undetermined_words
 
 BOTH = ("friction", "rig.stiffness_x")
 GROSS, PARTIAL, SMALL = (mindlin_branch(0.1, 50e3, reach) for reach in (4e-3, 1.5e-3, 0.05e-3))
@@ -111,6 +111,13 @@ def test_words_on_directions() -> None:
         "rig.stiffness_x and interface.shear_compliance are not determined apart; 2 times rig.stiffness_x with"
         " 1.5 times interface.shear_compliance gives the same loop within its noise"
     )
+
+
+def test_parameters_that_are_hardly_told_apart() -> None:
+    found = np.array([[1.0, 0.987, 0.2], [0.987, 1.0, -0.3], [0.2, -0.3, 1.0]])
+    said = "rig.stiffness_x are hardly told apart (correlation 0.987): fix one of them if it is known"
+    names = ["interface.shear_compliance", "rig.stiffness_x", "friction"]
+    assert list(hardly_apart(names, found)) == [f"interface.shear_compliance and {said}"]
 
 
 def test_backlash_ends_in_a_misfit(tmp_path: Path) -> None:
