@@ -12,12 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fitting import FIT_CASE, Array, record, write_record
+from fitting import FIT_CASE, Array, mindlin_branch, record, write_record
 
 from fretsolve import load_case, run
 from fretsolve.sweep.fit.evaluation import Evaluator, LoopSolver
 from fretsolve.sweep.fit.least_squares import fit_loop
 from fretsolve.sweep.fit.plan import FitRequest, make_fit_plan
+from fretsolve.sweep.fit.report import doubts
 
 SEEDS = 20
 PARTIAL = ("rig.stiffness_x",), 1.5, ("friction=0.1",)
@@ -58,6 +59,19 @@ def test_bounds_hold_the_true_values(
     assert np.all(held.sum(axis=0) >= 18), held.sum(axis=0)
     # the bounds say something
     assert np.all([high / low < 1.07 for low, high in bounds])
+
+
+@pytest.mark.slow
+def test_friction_is_invisible_below_gross_slip(tmp_path: Path) -> None:
+    """At 3 % of the limit the slip ring is thinner than a cell: the stiffness is known, friction is not."""
+    case = tmp_path / "case.yaml"
+    case.write_text(FIT_CASE)
+    loop = write_record(tmp_path / "loop.csv", record(mindlin_branch(0.1, 50e3, 0.05e-3), noise=0.01))
+    fit = fit_loop(make_fit_plan(FitRequest(case, (), loop, GROSS[0])))
+    assert fit.values[1] == pytest.approx(50.0, rel=0.01)
+    assert fit.widths[1] < 0.01
+    reason = "is not determined: the loop stays below gross slip while rig.stiffness_x is free"
+    assert list(doubts(fit)) == [f"friction {reason}", "the 95 % bound of friction exceeds friction itself"]
 
 
 @pytest.mark.slow

@@ -170,6 +170,9 @@ def covariance(sensitivity: DoubleArray, residual: DoubleArray, common: DoubleAr
     """
     left, sizes, directions = np.linalg.svd(sensitivity, full_matrices=False)
     least = 1e-9 * max(float(np.linalg.norm(residual)), float(sizes.max()))
+    # a parameter without any effect has no direction of its own, and no part in the errors of others
+    left[:, sizes < least] = 1.0 / math.sqrt(len(left))
+    directions[np.abs(directions) < 1e-6] = 0.0
     inverse = directions.T @ (left / np.maximum(sizes, least)).T
     leverage = np.sum(left**2, axis=1)
     weighted = inverse * (residual / (1.0 - leverage))

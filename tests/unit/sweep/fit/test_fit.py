@@ -147,6 +147,15 @@ def test_covariance_of_a_straight_line() -> None:
     assert covariance(x, residual, 0.3 * x)[0, 0] == pytest.approx(0.09 + found[0, 0], rel=1e-9)
 
 
+def test_parameter_without_effect_leaves_the_bounds_of_others() -> None:
+    x = np.linspace(-1.0, 1.0, 2001)[:, None]
+    residual = 0.1 * np.where(np.arange(2001) % 2, 1.0, -1.0)
+    alone = covariance(x, residual, np.zeros((2001, 0)))
+    both = covariance(np.hstack([1e-14 * x**2, x]), residual, np.zeros((2001, 0)))
+    assert both[1, 1] == pytest.approx(alone[0, 0], rel=1e-2)
+    assert both[0, 0] > 1e6
+
+
 def test_command_and_its_files(tmp_path: Path) -> None:
     loop = write_record(tmp_path / "loop.csv", record(GROSS, noise=0.01))
     case = write_case(tmp_path, FIT_CASE)
