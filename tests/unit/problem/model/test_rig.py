@@ -25,9 +25,9 @@ MATRIX = np.diag([2e-5, 3e-5, 5e-6, 1e-6, 2e-6, 3e-6])
 """In the order of a file: Qx, Qy, P, Mx, My, Mz."""
 
 
-def case_with(folder: Path, rig: str):
+def case_with(folder: Path, rig: str, moved: str = "actuator_x"):
     file = folder / "case.yaml"
-    file.write_text(CASE.replace("RIG", rig))
+    file.write_text(CASE.replace("RIG", rig).replace("actuator_x", moved))
     return load_case(file)
 
 
@@ -124,3 +124,16 @@ def test_known_loads_bend_the_rig_before_the_contact_is_solved(tmp_path: Path) -
     assert second.normal.forced == (True, False, False)  # tilts are held at the actuator
     assert second.normal.sprung_index == [1, 2]
     assert second.coupling is None
+
+
+def test_a_motion_of_the_contact_that_the_rig_couples_is_refused(tmp_path: Path) -> None:
+    matrix = MATRIX.copy()
+    matrix[0, 4] = matrix[4, 0] = 1e-6  # phi_y under Qx
+    (tmp_path / "rig.csv").write_text(lines(matrix))
+    with pytest.raises(CaseError) as refused:
+        rig_of(case_with(tmp_path, "compliance: rig.csv", "delta_x"))
+    assert refused.value.key == ("stage", 2, "delta_x")
+    message = "delta_x is imposed at the contact, but the rig couples it with actuator_phi_y, which is held or moved"
+    assert f"{message}; impose actuator_x" in str(refused.value)
+    (tmp_path / "rig.csv").write_text(lines(MATRIX))
+    assert rig_of(case_with(tmp_path, "compliance: rig.csv", "delta_x")) is not None
