@@ -146,6 +146,11 @@ def _symmetric(matrix: DoubleArray) -> DoubleArray:
         raise ValueError(
             f"the compliance of {MOTIONS[mode]} under {RESULTANTS[mode]} is {diagonal[mode]:g}; it is below 0"
         )
+    for mode in np.flatnonzero((diagonal == 0.0) & (matrix.any(axis=0) | matrix.any(axis=1))).tolist():
+        raise ValueError(
+            f"it is not positive: {MOTIONS[mode]} under {RESULTANTS[mode]} is 0, but other numbers of its row or column"
+            " are not"
+        )
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     scaled = matrix / np.outer(size, size)
     apart = np.abs(scaled - scaled.T)

@@ -23,6 +23,7 @@ load_path: [{P: 400 N}, {actuator_x: 2 um, increments: 2}]
 """
 MATRIX = np.diag([2e-5, 3e-5, 5e-6, 1e-6, 2e-6, 3e-6])
 """In the order of a file: Qx, Qy, P, Mx, My, Mz."""
+FIRST = np.array([1, 0, 1, 0, 0, 0])
 
 
 def case_with(folder: Path, rig: str, moved: str = "actuator_x"):
@@ -80,6 +81,10 @@ def test_named_rows_and_columns_may_stand_in_any_order(tmp_path: Path) -> None:
             "it is not symmetric: delta_x under Qy is 2e-06, but delta_y under Qx is 0",
         ),
         (lambda m: m - np.diag([0, 0, 6e-6, 0, 0, 0]), "the compliance of delta_z under P is -1e-06; it is below 0"),
+        (
+            lambda m: m * [0, 1, 1, 1, 1, 1] + 1e-6 * (np.eye(6, k=2) + np.eye(6, k=-2)) * np.outer(FIRST, FIRST),
+            "it is not positive: delta_x under Qx is 0, but other numbers of its row or column are not",
+        ),
         (
             lambda m: m + 3e-5 * (np.eye(6, k=1) * [0, 1, 0, 0, 0, 0] + np.eye(6, k=-1) * [1, 0, 0, 0, 0, 0]),
             "it is not positive: with its diagonal scaled to 1 it has the eigenvalue -0.2247",
