@@ -164,7 +164,7 @@ class ProjectedCG:
 
 def springs_of(control: LoadControl, scale: float) -> Springs | None:
     """Return the modes of a rig that gives way, and its compliance (3, 3) times `scale`; None without a rig."""
-    return None if control.compliance is None else (control.sprung_index, scale * np.array(control.compliance))
+    return None if control.compliance is None else (control.sprung_index, scale * control.matrix)
 
 
 class _Springs:
