@@ -143,7 +143,7 @@ def motions() -> Figure:
     axes.text(-3.0, 0.85, "rig: k", ha="center")
     axes.text(0.0, 0.6, "body 1", ha="center")
     axes.text(0.0, -1.1, "body 2, held", ha="center")
-    axes.annotate("layer: slips and shears by L q", (0.5, -0.05), (1.3, 0.35), color="tab:orange",
+    axes.annotate("layer: shears by L q", (0.5, -0.05), (1.3, 0.35), color="tab:orange",
                   arrowprops={"arrowstyle": "-", "color": "tab:orange"})  # fmt: skip
     axes.text(-2.9, -2.2, "delta_x: far parts of body 1 against far parts of body 2", color="0.3")
     return figure
