@@ -110,7 +110,7 @@ class Case(CaseModel):
     )
     reference_depth: PositiveLength | None = Field(
         default=None,
-        description="with plane: strain, depth in both bodies of the points whose motions are delta_z and delta_x, which"
+        description="with plane: strain, depth in both bodies of the points that move by delta_z and delta_x, which"
         " are unknown without it",
         examples=["10 mm"],
     )
