@@ -22,12 +22,12 @@ from fretsolve.system.arrays import DoubleArray, Vector
 
 RESULTANTS, MOTIONS = zip(*PAIRS, strict=True)
 
-COLUMNS = ("Qx", "Qy", "P", "Mx", "My", "Mz")
+COLUMNS: tuple[str, ...] = ("Qx", "Qy", "P", "Mx", "My", "Mz")
 """The order of the columns in a file, and of the rows of their motions, where the file does not name them."""
 
-ROUNDING = 1e-6
-"""Largest part by which a compliance may differ from its transpose, or lie below 0, in units of its diagonal: what the
-digits of a file lose."""
+ROUNDING = 1e-3
+"""Largest part by which a compliance may differ from its transpose, or lie below 0, in units of its diagonal: what four
+digits in a file lose."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,34 +95,53 @@ def _require_known_bending(case: Case, rig: Rig) -> None:
 def _matrix_in(file: Path) -> DoubleArray:
     """Return the matrix in a text file, (6, 6), in the order of `PAIRS`.
 
-    Its lines hold six numbers each, between commas, semicolons or blanks. A first line may name the loads, and a first
-    column the motions. Raises FileError, ValueError.
+    Its lines hold six numbers each, between commas, semicolons, tabs or blanks. A first line may name the loads, and a
+    first column the motions, both in any order. Raises FileError, ValueError.
     """
     try:
         text = file.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(f"the compliance cannot be read: {error}", file) from error
     lines = [(number, line.split("#")[0].strip()) for number, line in enumerate(text.splitlines(), start=1)]
-    rows = [(number, [part for part in re.split(r"[,;\s]+", line) if part]) for number, line in lines if line]
-    names = [part.split("(")[0] for part in rows[0][1]] if rows else []
-    columns: tuple[str, ...] = COLUMNS
-    if set(RESULTANTS) <= set(names):
-        columns, rows = tuple(name for name in names if name in RESULTANTS), rows[1:]
-    motion_of = dict(PAIRS)
-    motions = tuple(motion_of[name] for name in columns)
-    if rows and all(parts[0] in MOTIONS for _, parts in rows):
-        motions, rows = tuple(parts[0] for _, parts in rows), [(number, parts[1:]) for number, parts in rows]
-    if len(rows) != 6 or sorted(motions) != sorted(MOTIONS) or sorted(columns) != sorted(RESULTANTS):
+    rows = [(number, _parts(line)) for number, line in lines if line]
+    columns, motions = COLUMNS, tuple(dict(PAIRS)[name] for name in COLUMNS)
+    if rows and _is_name(rows[0][1][-1]):
+        (number, names), *rows = rows
+        columns = _named(names[-6:], RESULTANTS, number, "columns")
+    if rows and all(_is_name(parts[0]) for _, parts in rows):
+        motions = _named([parts[0] for _, parts in rows], MOTIONS, rows[0][0], "rows")
+        rows = [(number, parts[1:]) for number, parts in rows]
+    if len(rows) != 6:
         raise ValueError(f"it has {len(rows)} rows; 6 rows of 6 numbers, one per motion, are needed")
     values = np.empty((6, 6))
     for row, (number, parts) in enumerate(rows):
         if len(parts) != 6:
             raise ValueError(f"line {number} has {len(parts)} numbers; 6 are needed, with a point for decimals")
-        for column, part in enumerate(parts):
-            values[row, column] = _number(part, number)
+        values[row] = [_number(part, number) for part in parts]
     rows_of, columns_of = [motions.index(name) for name in MOTIONS], [columns.index(name) for name in RESULTANTS]
     ordered: DoubleArray = values[np.ix_(rows_of, columns_of)]
+    if not ordered.any():
+        raise ValueError("all of it is 0; leave the rig out where nothing gives way")
     return ordered
+
+
+def _parts(line: str) -> list[str]:
+    """Return the numbers or names of a line, without quotes."""
+    separator = next((one for one in (";", "\t", ",") if one in line), None)
+    return [part.strip().strip("\"'") for part in line.split(separator)]
+
+
+def _is_name(text: str) -> bool:
+    return text[:1].isalpha() and text.lower() not in ("nan", "inf", "infinity")
+
+
+def _named(names: list[str], known: tuple[str, ...], line: int, what: str) -> tuple[str, ...]:
+    """Return names without units behind them. Raises ValueError unless they are `known`, each once."""
+    found = tuple(re.split(r"[\s(\[]", name)[0] for name in names)
+    if sorted(found) != sorted(known):
+        named, needed = ", ".join(found), ", ".join(known)
+        raise ValueError(f"its {what} from line {line} on are named {named}; {needed} are needed, each once")
+    return found
 
 
 def _number(text: str, line: int) -> float:
@@ -158,7 +177,8 @@ def _symmetric(matrix: DoubleArray) -> DoubleArray:
     if apart[row, column] > ROUNDING:
         raise ValueError(
             f"it is not symmetric: {MOTIONS[row]} under {RESULTANTS[column]} is {matrix[row, column]:g}, but"
-            f" {MOTIONS[column]} under {RESULTANTS[row]} is {matrix[column, row]:g}"
+            f" {MOTIONS[column]} under {RESULTANTS[row]} is {matrix[column, row]:g}; give the mean of both if they are"
+            " meant to be alike"
         )
     scaled = 0.5 * (scaled + scaled.T)
     least = float(np.linalg.eigvalsh(scaled)[0])

@@ -109,6 +109,46 @@ def test_a_word_in_place_of_a_number_is_told_with_its_line(tmp_path: Path, word:
         rig_with(tmp_path, "\n".join(rows))
 
 
+@pytest.mark.parametrize(
+    "header", ["Qx (N),Qy (N),P (N),Mx,My,Mz", "'Qx','Qy','P','Mx','My','Mz'", '"";Qx;Qy;P;Mx;My;Mz']
+)
+def test_names_may_have_units_and_quotes(tmp_path: Path, header: str) -> None:
+    separator = ";" if ";" in header else ", "
+    rows = lines(MATRIX, separator).splitlines()
+    if ";" in header:
+        motions = ("delta_x [mm]", "delta_y", "delta_z (mm)", "phi_x", "phi_y", "phi_z")
+        rows = [f"{name};{row}" for name, row in zip(motions, rows, strict=True)]
+    rig = rig_with(tmp_path, "\n".join([header, *rows]))
+    np.testing.assert_allclose(rig.compliance.diagonal(), [5e-6, 1e-6, 2e-6, 2e-5, 3e-5, 3e-6])
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("Qx,Qy,N,Mx,My,Mz", "its columns from line 1 on are named Qx, Qy, N, Mx, My, Mz; P, Mx, My, Qx, Qy, Mz are"),
+        ("Qx,Qx,P,Mx,My,Mz", "its columns from line 1 on are named Qx, Qx, P, Mx, My, Mz"),
+        ("qx,qy,p,mx,my,mz", "its columns from line 1 on are named qx, qy, p, mx, my, mz"),
+    ],
+)
+def test_misspelt_names_are_told(tmp_path: Path, header: str, message: str) -> None:
+    with pytest.raises(CaseError) as refused:
+        rig_with(tmp_path, f"{header}\n{lines(MATRIX)}")
+    assert message in str(refused.value)
+    with pytest.raises(CaseError, match="its rows from line 1 on are named dx, dx, dx, dx, dx, dx; delta_z, phi_x"):
+        rig_with(tmp_path, "\n".join(f"dx, {row}" for row in lines(MATRIX).splitlines()))
+
+
+def test_digits_that_a_file_loses_are_made_up_by_the_mean(tmp_path: Path) -> None:
+    matrix = MATRIX.copy()
+    matrix[0, 2], matrix[2, 0] = 1.000e-6, 1.0005e-6
+    assert rig_with(tmp_path, lines(matrix)).compliance[0, 3] == pytest.approx(1.00025e-6)
+
+
+def test_a_file_of_zeros_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="all of it is 0; leave the rig out"):
+        rig_with(tmp_path, lines(0.0 * MATRIX))
+
+
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"the compliance cannot be read: .*No such file"):
         rig_of(case_with(tmp_path, "compliance: gone.csv"))
