@@ -262,6 +262,11 @@ class LineMotion(MasingPath[float]):
         moved = self.friction * (self.contact.potential(self.depth) - sticking)
         return math.copysign(self.compliance / math.pi * moved, load)
 
+    @property
+    def work_of_gross_slip(self) -> float:
+        """Energy (mJ/mm) of a cycle of a cylinder between both onsets of gross slip, A (mu P)^2/pi."""
+        return self.compliance * self.limit**2 / math.pi
+
     def displacements(self) -> dict[str, float]:
         """Return delta_x (mm) at the end of the path."""
         return {"delta_x": math.fsum(factor * branch for factor, branch in self.branches)}

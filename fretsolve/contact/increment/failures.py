@@ -83,8 +83,8 @@ def gross_slip_error(
 ) -> SlidingError:
     """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N).
 
-    line: for a line contact, whose loads are per mm and whose motion along y cannot be imposed; varied: the capacity is the sum
-    of a friction limit that is not mu P; rig: in series with the contact.
+    line: for a line contact, whose loads are per mm and whose motion along y cannot be imposed; varied: the capacity is
+    the sum of a friction limit that is not mu P; rig: in series with the contact.
     """
     loads, limit = imposed.imposed_resultant, "sum of the friction limit" if varied else "mu P"
     unit = "N/mm" if line else "N"

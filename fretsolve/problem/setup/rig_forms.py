@@ -24,7 +24,7 @@ from fretsolve.problem.setup.closed_forms import ClosedForm, ClosedForms, Load, 
 from fretsolve.problem.setup.driven_contact import DrivenContact, DrivenPath
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
-from fretsolve.reference.hertz import HertzContact, LineContact, boussinesq_punch, love_cone
+from fretsolve.reference.hertz import HertzContact, boussinesq_punch, love_cone
 from fretsolve.reference.tangential import full_stick_compliance
 from fretsolve.system.arrays import DoubleArray
 
@@ -78,7 +78,7 @@ class RigForms:
             return found
         path = replace(self._path)
         for index in range(first - 1, len(self.imposed)):
-            here, before = self._contacts[index], replace(path)
+            here, before = self._forms.contacts[index], replace(path)
             if here is None or abs(here.load - path.load) > SAME * here.load:
                 break
             if (state := path.follow(self.imposed[index])) is None:
@@ -235,7 +235,7 @@ class RigForms:
             return None
         if model.coupled or model.bulk is not None or self.case.friction_varies or model.compliances.layer_shear:
             return None
-        mode, hertz = moved[0], self._contacts[first - 1]
+        mode, hertz = moved[0], self._forms.contacts[first - 1]
         if hertz is None or any(map(is_tilted, self._pressed)):
             return None
         if not isinstance(hertz, HertzContact):
@@ -268,11 +268,6 @@ class RigForms:
     def _forms(self) -> ClosedForms:
         """The closed forms of pressing, also before the first stage."""
         return (LineClosedForms if self.model.line else ClosedForms)(self.case, self.model, self._pressed)
-
-    @property
-    def _contacts(self) -> tuple[HertzContact | LineContact | None, ...]:
-        """The contact by Hertz under each load, or a line's by a closed form."""
-        return self._forms.contacts if isinstance(self._forms, LineClosedForms) else self._forms.hertz
 
     @cached_property
     def _raw_forms(self) -> ClosedForms:
