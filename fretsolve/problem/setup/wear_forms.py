@@ -249,12 +249,9 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
     if model.line:
         from fretsolve.problem.setup.worn_line import worn_line_cycle  # other cases do not need it
 
-        known = name == "delta_x" and isinstance(hertz, HertzLine)
-        return (
-            worn_line_cycle(forms, cycle, (first + 1, last + 1), hertz, coefficient, 0.5 * (most - least))
-            if known
-            else None
-        )
+        if name != "delta_x" or not isinstance(hertz, HertzLine):
+            return None
+        return worn_line_cycle(forms, cycle, (first + 1, last + 1), hertz, coefficient, 0.5 * (most - least))
     if not isinstance(hertz, HertzContact) or not hertz.is_circle:
         return None
     targets = (target for stage in case.stages() for target in stage.targets)
