@@ -82,7 +82,7 @@ def test_without_a_depth_motions_of_cycles_are_unknown_and_said_to_be(tmp_path):
     assert "have an unknown constant without reference_depth" in picture.output
     case = write_case(tmp_path, CASE.replace("reference_depth: 10 mm\n", ""))
     assert "give reference_depth, or impose Qx" in refused(2, "validate", case)
-    expects = WITHOUT + "expect: [{quantity: delta_x, value: 1 um}]\n"
+    expects = WITHOUT + "expect: [{quantity: delta_x, value: 1 um, rel: 1 %}]\n"
     assert "delta_x is NaN in a line contact without reference_depth" in refused(
         2, "check", write_case(tmp_path, expects)
     )
