@@ -22,6 +22,7 @@ from pathlib import Path
 
 import bulk_stress
 import numpy as np
+import rigs
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
@@ -34,6 +35,10 @@ from fretsolve.problem.model.materials import Compliances, compliances
 from fretsolve.reference.hertz import HertzContact, hertz_sphere
 from fretsolve.reference.tangential import cattaneo_mindlin, lubkin, spence_stick_ratio
 from fretsolve.result import Result, open_result
+from fretsolve.sweep.fit.least_squares import fit_loop
+from fretsolve.sweep.fit.plan import FitRequest, make_fit_plan
+from fretsolve.sweep.fit.plot import fit_picture
+from fretsolve.sweep.fit.report import words
 from fretsolve.sweep.manifest import read_manifest
 from fretsolve.sweep.plot import running_condition_map
 from fretsolve.sweep.table import collect
@@ -342,6 +347,21 @@ def tutorial() -> Figure:
     return plots.loop(solved(case))
 
 
+def fitted_loop() -> Figure:
+    """Draw the measured loop of the page on rigs, with the fitted loop."""
+    case, page = FOLDER / "rig.yaml", (ROOT / "docs" / "howto" / "rig.md").read_text()
+    case.write_text(yaml_of("rig", "rig"))
+    script = re.search(r"```python\n(.*?)```", page, re.DOTALL)
+    assert script is not None
+    subprocess.run([sys.executable, "-m", "fretsolve", "run", case.name, "-q"], check=True, cwd=FOLDER)
+    subprocess.run([sys.executable, "-c", script[1]], check=True, cwd=FOLDER)
+    guesses = ("friction=0.14", "rig.stiffness_x=80 kN/mm")
+    request = FitRequest(case, guesses, FOLDER / "measured.csv", ("friction", "rig.stiffness_x"))
+    fit = fit_loop(make_fit_plan(request))
+    detail = ", ".join(words(fit, place) for place in range(2))
+    return fit_picture(fit, "a measured loop, and the loop that was fitted", detail)
+
+
 def running_condition() -> Figure:
     """Draw the running-condition map of the page on sweeps, with 12 values on each axis."""
     for name in ("sphere", "conditions"):
@@ -450,6 +470,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "fatigue_map": fatigue_map,
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
+    "fitted_loop": fitted_loop,
+    "rig_motions": rigs.motions,
     "bulk_stick_zone": bulk_stress.stick_zone,
     "line_stick_zone": bulk_stress.line_stick_zone,
     "line_shear": line_shear,

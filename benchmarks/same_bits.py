@@ -84,6 +84,13 @@ def scale(name: str, history: Sequence[Mapping[str, Any]]) -> float:
     return next((kinds[kind] for kind in sorted(kinds, key=len, reverse=True) if name.startswith(kind)), largest(name))
 
 
+def with_columns_of(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a solved case with the columns of the history that the older one has."""
+    known = set().union(*old["history"])
+    rows = [{name: value for name, value in row.items() if name in known} for row in new["history"]]
+    return {**new, "history": rows}
+
+
 def difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[float, str]:
     """Return the largest difference of two solved cases over its scale, and its column."""
     if len(old["history"]) != len(new["history"]) or old["why"] != new["why"]:
@@ -122,7 +129,8 @@ def main() -> None:
                 )
                 solved.append(json.loads(out.read_text()))
             _, old, new = solved
-            differing = [case for case in old if old[case] != new[case]]
+            shared = {case: with_columns_of(old[case], one) for case, one in new.items()}
+            differing = [case for case in old if old[case] != shared[case]]
             for size, column, case in sorted((*difference(old[case], new[case]), case) for case in differing)[-10:]:
                 print(f"{case}: {column or 'fields'} differs by {size:.2g}")
             old_cost, new_cost = (

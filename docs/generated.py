@@ -31,6 +31,7 @@ from fretsolve.result.layout import (
     ERRORS,
     FIELDS,
     HISTORY,
+    RIG_HISTORY,
     SPOT_HISTORY,
     WEAR_HISTORY,
     Quantity,
@@ -53,7 +54,7 @@ RESULTS = {
 PICTURES = "fretsolve.post.plots"
 CLOSED_FORMS = tuple(
     f"fretsolve.reference.{name}"
-    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "line_slip", "worn_contact")
+    for name in ("hertz", "tangential", "cyclic_loading", "slip_from_rim", "layered", "line_slip", "worn_contact")
 )
 
 
@@ -69,7 +70,7 @@ def materials() -> Iterator[str]:
 
 def history() -> Iterator[str]:
     """Return the columns of ``/history``."""
-    yield from _quantities((*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY))
+    yield from _quantities((*HISTORY, *BULK_HISTORY, *SPOT_HISTORY, *WEAR_HISTORY, *RIG_HISTORY))
 
 
 def errors() -> Iterator[str]:

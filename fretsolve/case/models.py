@@ -110,8 +110,8 @@ class Case(CaseModel):
     )
     reference_depth: PositiveLength | None = Field(
         default=None,
-        description="with plane: strain, depth in both bodies of the points that approach by delta_z, which is unknown"
-        " without it",
+        description="with plane: strain, depth in both bodies of the points that move by delta_z and delta_x, which"
+        " are unknown without it",
         examples=["10 mm"],
     )
     rig: RigSpec | None = Field(

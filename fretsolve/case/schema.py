@@ -113,6 +113,11 @@ OF_THE_MODEL = ("bodies", "load_path", "friction", "wear")
 """Parts of a case in which an unknown key may be of what is not modelled."""
 
 
+def is_key(key: KeyPath, schema: Mapping[str, Any]) -> bool:
+    """Return whether a file of this schema may have `key`."""
+    return bool(_Reader(None, schema).nodes(key))
+
+
 def nearest_key(name: str, allowed: Collection[str], schema: Mapping[str, Any], parent: KeyPath = ()) -> str:
     """Return a hint for an unknown key: the likely one, also where it stands elsewhere in `schema`, or why there is
     none.

@@ -246,6 +246,24 @@ class StepRange(click.ParamType):  # type: ignore[type-arg]  # not generic befor
             self.fail(f"{value!r} is neither an increment such as 21 nor a range such as 21:60", param, ctx)
 
 
+def names_of_list(context: click.Context, parameter: click.Parameter, value: str) -> tuple[str, ...]:
+    """Read names from a text such as ``friction,rig.stiffness_x``; the callback of an option."""
+    names = tuple(name.strip() for name in value.split(","))
+    if not all(names):
+        raise click.BadParameter(f"{value!r} is not a list of names; one such as friction,rig.stiffness_x is needed")
+    return names
+
+
+def pair_of_list(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[str, str] | None:
+    """Read two headings from a text such as ``Force (N),Stroke (um)``; the callback of an option."""
+    if value is None:
+        return None
+    first, _, second = (part.strip() for part in value.partition(","))
+    if not first or not second or "," in second:
+        raise click.BadParameter(f"{value!r} is not two headings; a pair such as 'Force (N),Stroke (um)' is needed")
+    return first, second
+
+
 def picture_options(command: Command) -> Command:
     """Add the options of the look of pictures, which are the fields of `fretsolve.post.plots.Sheet`."""
     of_width = "Width of the picture in mm; by default 90 or 190, a column of a journal or two, as the picture needs."

@@ -16,11 +16,14 @@ from fretsolve.cli.command_line import (
     FILE,
     CommandLine,
     StepRange,
+    WholeNumber,
     error_bars_option,
     flag,
+    names_of_list,
     output_option,
     overrides_option,
     overwrite_option,
+    pair_of_list,
     picture_options,
     quiet_option,
     repeatable_option,
@@ -32,7 +35,7 @@ from fretsolve.cli.sweep import sweep
 from fretsolve.post.export import FORMATS
 from fretsolve.post.plots import KINDS, Sheet
 from fretsolve.post.plots.kinds import Shown
-from fretsolve.system.environment import available, quick_imports, set_up_numerics
+from fretsolve.system.environment import available, processors, quick_imports, set_up_numerics
 from fretsolve.system.signals import StopRequest
 
 _CASE = click.argument("case", type=FILE)
@@ -193,6 +196,49 @@ def study(out: Path | None, quiet: bool, **options: Any) -> int:
         from fretsolve.cli.commands.study import study_case
 
         return study_case(out, stop, quiet=quiet, **options)
+
+
+@main.command()
+@_CASE
+@click.option("--loop", type=FILE, metavar="MEASURED.csv", required=True, help="The measured record.")
+@click.option(
+    "--for",
+    "names",
+    callback=names_of_list,
+    required=True,
+    metavar="KEY,...",
+    help="What to find, as --set names it: friction, rig.stiffness_x, interface.shear_compliance,"
+    " bodies.0.young_modulus. The search starts from the values of the case.",
+)
+@click.option(
+    "--columns",
+    callback=pair_of_list,
+    metavar="FORCE,MOTION",
+    help="The columns with the force and the motion along x, by default Qx and actuator_x, or delta_x without a rig. A"
+    " column of another name is the motion of the default; delta_x is that of the contact with a rig as well.",
+)
+@click.option(
+    "--offset/--no-offset", default=True, help="Find offset and drift of force and motion, too, or take none."
+)
+@output_option("The files without their endings; by default the name of the record with .fit.")
+@overrides_option
+@click.option(
+    "-j", "--jobs", type=WholeNumber(1, 1024), metavar="N", help="Processes for large grids; by default one per core."
+)
+@quiet_option
+def fit(jobs: int | None, **options: Any) -> int:
+    """Find friction, stiffness of the rig and the like, with which CASE follows a measured loop of force over motion.
+
+    The record is a CSV with the units in its headings, as `fretsolve export --to csv` writes them. It may start
+    anywhere and drift; its last whole cycle is fitted by least squares. The stages of CASE that press stay, and its
+    motion along x is that of the record.
+
+    Written are OUT.csv (parameters with 95 % bounds and correlations), OUT.png (both loops) and OUT.yaml (CASE with the
+    values found). The exit code is 1 if a bound exceeds its parameter, which the loop then does not determine.
+    """
+    from fretsolve.cli.commands.fit import fit_case
+
+    return fit_case(jobs=jobs or processors(), **options)
 
 
 @main.command()

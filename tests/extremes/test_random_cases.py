@@ -21,6 +21,7 @@ from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 from solving import LOADS, MOTIONS
 
+from fretsolve.case.history import ACTUATORS
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, ContactLostError, GridEdgeError, NotConvergedError, SlidingError
 from fretsolve.problem.model.required_terms import derive_model
@@ -218,6 +219,59 @@ def test_increments_are_certified_lawful_and_balance_their_energy(parts: Parts, 
         defect, scale = energy_defect(run, before, after)
         assert defect <= 1e-6 * scale
         assert after.summary.work_total >= before.summary.work_total
+
+
+@st.composite
+def on_rigs(draw: Any) -> Parts:
+    """Random cases on rigs from a hundred times as stiff as the contact to a hundred times as soft, with layers."""
+    parts: Parts = draw(cases())
+    load, compliance = parts["load_path"][0]["P"], 1.0 / contact_modulus(parts)
+    size = 0.1
+    stiffness = {"z": size / compliance, "phi_x": size**3 / compliance}
+    stiffness |= {"x": stiffness["z"], "y": stiffness["z"], "phi_y": stiffness["phi_x"], "phi_z": stiffness["phi_x"]}
+    keys = draw(st.sets(st.sampled_from(sorted(stiffness)), min_size=1))
+    rig = {f"stiffness_{key}": stiffness[key] / draw(decades(-2.0, 2.0)) for key in sorted(keys)}
+    path = [dict(stage) for stage in parts["load_path"]]
+    for stage in path[1:]:
+        for motion_name in MOTIONS:
+            if motion_name in stage:
+                own = ACTUATORS[motion_name]
+                softness = stiffness[own.removeprefix("actuator_")] / rig.get(f"stiffness_{own[9:]}", math.inf)
+                stage[own] = stage.pop(motion_name) * (1.0 + softness)
+    layers: list[Parts] = [{}, {"shear_compliance": size * compliance * draw(decades(-3.0, 1.0))}]
+    layers.append({"normal_compliance": size * compliance * draw(decades(-3.0, 1.0))})
+    layer = draw(st.sampled_from(layers))
+    pressed = draw(st.booleans())
+    if pressed and "stiffness_z" in rig:  # by the actuator, as far as the load on the rig alone would move it
+        path[0] = {name: value for name, value in path[0].items() if name != "P"}
+        path[0]["actuator_z"] = load / rig["stiffness_z"] + (load * compliance) / size
+        path[1:] = [stage for stage in path[1:] if not {"P", "Mx", "My"} & stage.keys()]  # which may topple the body
+    return (
+        parts
+        | {"rig": rig, "load_path": path, "solver": {"tolerance": TOLERANCE}}
+        | ({"interface": layer} if layer else {})
+    )
+
+
+@examples(25)
+@given(on_rigs())
+def test_rigs_and_layers_are_certified_lawful_and_balance_their_energy(parts: Parts) -> None:
+    run = solved(parts)
+    assume(run is not None)
+    assert run is not None
+    check_laws(run)
+    rig = run.setup.model.rig
+    assert rig is not None
+    for before, after in pairwise(run.states):
+        defect, scale = energy_defect(run, before, after)
+        assert defect <= 1e-6 * scale
+    for state in run.states:
+        loads = np.array([getattr(state.summary, name) for name in LOADS])
+        moved = np.array([getattr(state.summary, name) for name in MOTIONS])
+        driven = np.array([getattr(state.summary, name) for name in ACTUATORS.values()])
+        size = np.abs(moved) + rig.compliance @ np.abs(loads)
+        arms = np.array([1.0, 0.1, 0.1, 1.0, 1.0, 0.1])
+        assert (np.abs(driven - moved - rig.compliance @ loads) * arms <= 1e-5 * (size * arms).max()).all()
 
 
 @examples(10)

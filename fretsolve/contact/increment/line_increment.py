@@ -21,7 +21,6 @@ from fretsolve.contact.increment.states import InitialState, WorkingState
 from fretsolve.contact.solvers.rigid_modes import GapErrors
 from fretsolve.errors import NotConvergedError
 from fretsolve.problem.model.grid import LineGrid
-from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.system.arrays import FloatArray, Vector
@@ -113,7 +112,9 @@ class LineIncrementSolver(IncrementSolver):
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; imposed displacements hold at the points at depth."""
         if self.points is not None and not increment.tangential.forced[0]:
-            increment = replace(increment, tangential=_with_compliance(increment.tangential, self.points.compliance))
+            matrix = increment.tangential.matrix
+            matrix[0, 0] += self.points.compliance
+            increment = replace(increment, tangential=increment.tangential.with_compliance(matrix))
         if self.points is None or increment.normal.forced[0]:
             return super().solve(increment, start)
         wanted, *tilts = increment.normal.values
@@ -162,10 +163,3 @@ class LineIncrementSolver(IncrementSolver):
         self._verifier.material = self.model.compliances
         self._verifier.before = self._verifier.forces(start.pressure, start.shear)
         return super()._solution(start, work)
-
-
-def _with_compliance(control: LoadControl, compliance: float) -> LoadControl:
-    """Return a control with a compliance along x besides the compliance of a rig."""
-    (one, *rest), *others = control.compliance or ((0.0, 0.0, 0.0),) * 3
-    row, second, third = (one + compliance, *rest), *others
-    return replace(control, compliance=((row[0], row[1], row[2]), second, third))

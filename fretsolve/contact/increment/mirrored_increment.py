@@ -21,7 +21,7 @@ from fretsolve.problem.model.grid import HalfGrid
 from fretsolve.problem.model.load_control import LoadControl
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.result.state import broadcast_zeros
-from fretsolve.system.arrays import FloatArray, is_even_field
+from fretsolve.system.arrays import DoubleArray, FloatArray, is_even_field
 
 ODD_NORMAL, ODD_TANGENTIAL = (1,), (1, 2)
 """Modes that a mirror image turns round: Mx or phi_x; Qy or delta_y, Mz or phi_z."""
@@ -111,14 +111,9 @@ class MirroredIncrementSolver(IncrementSolver):
 def _is_even(increment: Increment, start: InitialState) -> bool:
     """Return whether an increment and its start are mirror images of themselves."""
     for control, odd in ((increment.normal, ODD_NORMAL), (increment.tangential, ODD_TANGENTIAL)):
-        if any(control.values[mode] for mode in odd) or _turns(control, odd):
+        if any(control.values[mode] for mode in odd) or _turns(control.matrix, odd, odd):
             return False
-    if increment.coupling is not None and any(
-        increment.coupling[row, column]
-        for row in range(3)
-        for column in range(3)
-        if (row in ODD_NORMAL) != (column in ODD_TANGENTIAL)
-    ):
+    if _turns(increment.coupling, ODD_NORMAL, ODD_TANGENTIAL):
         return False
     coefficient = start.friction.coefficient
     fields = [start.pressure, start.shear, start.displacement, start.mismatch]
@@ -148,20 +143,19 @@ def _is_odd_field(field: FloatArray) -> bool:
 def _even_part(control: LoadControl, odd: tuple[int, ...]) -> LoadControl:
     """Return the same control, with motions of 0 where a mirror image would turn them round."""
     forced = tuple(forced and mode not in odd for mode, forced in enumerate(control.forced))
-    compliance = control.compliance if set(control.sprung_index).difference(odd) else None
-    if compliance is not None:
-        kept = [0.0 if mode in odd else 1.0 for mode in range(3)]
-        one, two, three = (np.array(compliance) * np.outer(kept, kept)).tolist()
-        compliance = (*one,), (*two,), (*three,)
-    return LoadControl(forced, control.values, compliance)
+    even = [mode not in odd for mode in range(3)]
+    return LoadControl(forced, control.values).with_compliance(control.matrix * np.outer(even, even))
 
 
-def _turns(control: LoadControl, odd: tuple[int, ...]) -> bool:
-    """Return whether a load on the rig causes a motion that a mirror image turns round, or the reverse."""
-    compliance = control.compliance
-    return compliance is not None and any(
-        compliance[row][column] for row in range(3) for column in range(3) if (row in odd) != (column in odd)
-    )
+def _turns(compliance: DoubleArray | None, rows: tuple[int, ...], columns: tuple[int, ...]) -> bool:
+    """Return whether loads on a rig cause motions that a mirror image turns round, or the reverse.
+
+    compliance: (3, 3); rows, columns: the modes that the mirror image turns round.
+    """
+    if compliance is None:
+        return False
+    odd = [np.isin(np.arange(3), modes) for modes in (rows, columns)]
+    return bool(compliance[np.not_equal.outer(*odd)].any())
 
 
 def _half_of(field: NDArray[Any]) -> NDArray[Any]:

@@ -252,7 +252,10 @@ class StaggeredIteration:
                 return True
         elif self.model.friction == 0.0 and imposed.imposed_resultant.any():
             raise gross_slip_error(imposed, 0.0, 0.0, self.model.line, rig=self.model.rig)
-        work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], imposed.imposed_displacement)
+        motion = imposed.imposed_displacement
+        if increment.coupling is not None:  # the pressure alone bends the rig
+            motion = motion - increment.coupling.T @ self.level.normal.modes.resultants(work.pressure)
+        work.rigid[3:] = np.where(imposed.forced, start.rigid[3:], motion)
         return False
 
     def _carried(self, increment: Increment, start: InitialState, work: WorkingState) -> LoadControl:

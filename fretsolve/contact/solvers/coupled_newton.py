@@ -53,9 +53,7 @@ class CoupledProblem:
     def rig(self) -> DoubleArray:
         """The compliance of the rig, (6, 6)."""
         compliance = np.zeros((6, 6))
-        for control, part in ((self.normal, slice(0, 3)), (self.tangential, slice(3, 6))):
-            if control.compliance is not None:
-                compliance[part, part] = control.compliance
+        compliance[:3, :3], compliance[3:, 3:] = self.normal.matrix, self.tangential.matrix
         if self.coupling is not None:
             compliance[:3, 3:], compliance[3:, :3] = self.coupling, self.coupling.T
         return compliance

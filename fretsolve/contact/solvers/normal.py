@@ -186,7 +186,7 @@ class NormalSolver:
     ) -> tuple[Vector, Vector, Vector]:
         """Return the imposed motion by the law of a rig, the part of it that its loads still take, and their change.
 
-        Without a rig both are 0.
+        Without a rig the last two are 0.
         """
         if control.compliance is None:
             return control.imposed_displacement, np.zeros(3), np.zeros(3)

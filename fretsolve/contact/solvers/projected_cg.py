@@ -65,13 +65,7 @@ class ProjectedCG:
         """The solution x and B x, (c, nx, ny) each; both hold until the workspace has another use."""
         return self.solution, self._displacement
 
-    def constrain(
-        self,
-        motions: Sequence[Sums],
-        x: FloatArray,
-        y: FloatArray,
-        springs: tuple[list[int], DoubleArray] | None = None,
-    ) -> None:
+    def constrain(self, motions: Sequence[Sums], x: FloatArray, y: FloatArray, springs: Springs | None = None) -> None:
         """Keep the solution orthogonal to m rigid motions, each of three amplitudes (a, b, c).
 
         With one component they are a + b y + c x, with two (a - c y, b + c x); x (nx,), y (ny,): centres of the cells,
@@ -164,7 +158,7 @@ class ProjectedCG:
 
 def springs_of(control: LoadControl, scale: float) -> Springs | None:
     """Return the modes of a rig that gives way, and its compliance (3, 3) times `scale`; None without a rig."""
-    return None if control.compliance is None else (control.sprung_index, scale * np.array(control.compliance))
+    return None if control.compliance is None else (control.sprung_index, scale * control.matrix)
 
 
 class _Springs:

@@ -102,7 +102,7 @@ class _Modes:
         if cells > 0.0:
             weights = np.array([gram[mode][mode] for mode in modes])
             stiffness = weights * (CONTACT_STIFFNESS * self.cell_area / (unit * math.sqrt(cells)))
-            compliance = np.array(control.compliance)[np.ix_(modes, modes)]
+            compliance = control.matrix[np.ix_(modes, modes)]
             taken[modes] = np.linalg.solve(np.eye(len(modes)) + compliance * stiffness, misfit[modes])
             loads[modes] = stiffness * taken[modes]
         return taken, loads

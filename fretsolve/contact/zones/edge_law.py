@@ -8,9 +8,9 @@ a side. For the stick zone the reserve, by which the shear traction is below the
 pressure, and slip takes the place of the gap: the slip increment, or all the slip so far where the inner cell never
 slipped.
 
-A layer between the bodies takes the root from both sides of an edge: where it gives way by more than the bodies do over
-a cell, traction and slip fall in proportion to the distance. The layer's compliance adds to h over lever and modulus,
-and insets and powers keep as much of those of the root as the bodies have of this sum.
+A layer between the bodies takes the root from both sides of an edge. Where the layer gives way by more than the bodies
+do over a cell, traction and slip fall in proportion to the distance. The layer's compliance adds to h over lever and
+modulus. The share of the bodies in this sum weighs the insets and the powers of the root against those of a line.
 
 No smooth front fits along a body's sharp edge, and in contacts so small that no cell has its neighbours with it. The
 reserve behind the front gives its place if there is less slip than belongs to the shear traction, as when the front

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.system.arrays import Products, Vector
+from fretsolve.system.arrays import DoubleArray, Products, Vector
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,23 @@ class LoadControl:
         scaled = (factor * v if f else v for f, v in zip(self.forced, self.values, strict=True))
         return replace(self, values=(*scaled,))
 
+    def with_compliance(self, matrix: DoubleArray) -> LoadControl:
+        """Return the same with a rig of this compliance (3, 3), as tuples, which compare; without one where it is 0."""
+        one, two, three = matrix.tolist()
+        return replace(self, compliance=((*one,), (*two,), (*three,)) if matrix.any() else None)
+
+    @property
+    def matrix(self) -> DoubleArray:
+        """The compliance of the rig as an array (3, 3), 0 without a rig."""
+        return np.zeros((3, 3)) if self.compliance is None else np.array(self.compliance)
+
     def displacement(self, resultants: Vector) -> Vector:
         """Return the imposed displacements of the surfaces, 0 where the resultant is imposed."""
         return self.imposed_displacement - self.given_way(resultants)
 
     def given_way(self, resultants: Vector) -> Vector:
         """Return by how much the rig gives way under `resultants`, (3,)."""
-        return np.zeros(3) if self.compliance is None else np.array(self.compliance) @ resultants
+        return np.zeros(3) if self.compliance is None else self.matrix @ resultants
 
     def with_springs_at(self, resultants: Vector) -> LoadControl:
         """Return the control that imposes these resultants on the modes that give way."""

@@ -332,7 +332,7 @@ def _named(values: dict[str, float], prefix: str) -> dict[str, float]:
 def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl, LoadControl, DoubleArray | None]:
     """Return what is imposed on the normal and on the tangential problem, and `coupling` as in `Increment`.
 
-    Of a motion of the actuator the part is taken by which known loads bend the rig.
+    Imposed loads bend the rig by a known part of the actuator's motion. That part is taken off.
     """
     forced = tuple(force in values for force, _ in PAIRS)
     imposed = [next(values[name] for name in names if name in values) for names in COMPONENTS]
@@ -349,6 +349,4 @@ def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl,
 
 
 def _control(forced: tuple[bool, ...], imposed: list[float], compliance: DoubleArray, family: slice) -> LoadControl:
-    (one, two, three) = block = compliance[family, family].tolist()
-    rig = ((*one,), (*two,), (*three,)) if any(map(any, block)) else None
-    return LoadControl(forced[family], (*imposed[family],), rig)
+    return LoadControl(forced[family], (*imposed[family],)).with_compliance(compliance[family, family])

@@ -15,7 +15,7 @@ from fretsolve.case.history import BULK
 from fretsolve.case.keys.body_specs import Body, ElasticBody
 from fretsolve.problem.model.grid import Grid
 from fretsolve.problem.model.load_control import LoadControl
-from fretsolve.system.arrays import DoubleArray, FloatArray, Products, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 
 @dataclass(frozen=True)
@@ -177,11 +177,7 @@ class Orthotropy:
         """
         force, motion = (matrix.times(np.array(control.values[:2])) for matrix in (self.inverse, self))
         x, y = (float(force[i] if control.forced[i] else motion[i]) for i in (0, 1))
-        return replace(control, values=(x, y, control.values[2]), compliance=self._scaled_rig(control.compliance))
-
-    def _scaled_rig(self, compliance: Products | None) -> Products | None:
-        """Return M C M."""
-        if compliance is None:
-            return None
-        one, two, three = (self.matrix @ np.array(compliance) @ self.matrix).tolist()
-        return (*one,), (*two,), (*three,)
+        scaled = replace(control, values=(x, y, control.values[2]))
+        return (
+            scaled if control.compliance is None else scaled.with_compliance(self.matrix @ control.matrix @ self.matrix)
+        )

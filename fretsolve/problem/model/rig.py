@@ -13,8 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fretsolve.case.history import ACTUATORS, PAIRS
+from fretsolve.case.history import ACTUATORS, COMPONENTS, PAIRS
 from fretsolve.case.keys.rig_spec import STIFFNESSES
+from fretsolve.case.keys.unrolled_path import imposed_after, imposed_at_start
 from fretsolve.case.models import Case
 from fretsolve.errors import FileError
 from fretsolve.system.arrays import DoubleArray, Vector
@@ -72,9 +73,23 @@ def rig_of(case: Case) -> Rig | None:
         stiffness = {motion: getattr(spec, key, None) or math.inf for key, motion in STIFFNESSES.items()}
         return Rig(np.diag([1.0 / stiffness[motion] for motion in MOTIONS]))
     try:
-        return Rig(_symmetric(_matrix_in(spec.compliance)))
+        rig = Rig(_symmetric(_matrix_in(spec.compliance)))
     except ValueError as error:
         raise case.source.problem(f"{spec.compliance.name}: {error}", ("rig", "compliance")) from None
+    _require_known_bending(case, rig)
+    return rig
+
+
+def _require_known_bending(case: Case, rig: Rig) -> None:
+    """Refuse a motion imposed at the contact whose unknown load bends the rig of a motion imposed at the actuator."""
+    imposed = dict(imposed_at_start(case.rig))
+    for stage in case.stages():
+        imposed = imposed_after(imposed, stage)
+        for (_, motion, own), row in zip(COMPONENTS, rig.compliance, strict=True):
+            for (_, _, actuator), couples in zip(COMPONENTS, row, strict=True):
+                if motion in imposed and actuator in imposed and couples:
+                    message = f"{motion} is imposed at the contact, but the rig couples it with {actuator}"
+                    raise case.source.problem(f"{message}, which is held or moved; impose {own}", stage.place(motion))
 
 
 def _matrix_in(file: Path) -> DoubleArray:
@@ -130,6 +145,11 @@ def _symmetric(matrix: DoubleArray) -> DoubleArray:
         mode = int(diagonal.argmin())
         raise ValueError(
             f"the compliance of {MOTIONS[mode]} under {RESULTANTS[mode]} is {diagonal[mode]:g}; it is below 0"
+        )
+    for mode in np.flatnonzero((diagonal == 0.0) & (matrix.any(axis=0) | matrix.any(axis=1))).tolist():
+        raise ValueError(
+            f"it is not positive: {MOTIONS[mode]} under {RESULTANTS[mode]} is 0, but other numbers of its row or column"
+            " are not"
         )
     size = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     scaled = matrix / np.outer(size, size)

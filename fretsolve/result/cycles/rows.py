@@ -59,11 +59,14 @@ def measured_row(
     pair: load and displacement of the loop, None for the direction of shear; slip: returns the slip after an increment.
     """
     row = _measured(history, cycle, slip, pair)
-    instead = MOTIONS_OF_ACTUATORS
-    if not history.keys() >= instead.keys():
+    if not history.keys() >= MOTIONS_OF_ACTUATORS.keys():
         return row
     columns = [(name, name.removesuffix(ERROR_SUFFIX)) for name in history]
-    moved = {instead[own] + name.removeprefix(own): history[name] for name, own in columns if own in instead}
+    moved = {
+        MOTIONS_OF_ACTUATORS[own] + name.removeprefix(own): history[name]
+        for name, own in columns
+        if own in MOTIONS_OF_ACTUATORS
+    }
     there = _measured({**history, **moved}, cycle, lambda step: None, pair)
     return row | {
         ACTUATOR + name: value for name, value in there.items() if name.removesuffix(ERROR_SUFFIX) in OF_MOTION

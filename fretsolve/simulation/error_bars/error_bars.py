@@ -169,8 +169,8 @@ class ErrorBars:
         found = rig.actuator(motions, loads) | held | {"spring_energy": rig.energy(loads)}
         columns = {name + CORRECTED_SUFFIX: value for name, value in found.items()}
         for suffix, forces, bars in (("", as_run, errors), (CORRECTED_SUFFIX, loads, errors_of_values)):
-            its = rig.errors(forces, bars[OF_MOTIONS], bars[OF_LOADS]) | dict.fromkeys(held, 0.0)
-            columns |= {name + suffix + ERROR_SUFFIX: value for name, value in its.items()}
+            at_rig = rig.errors(forces, bars[OF_MOTIONS], bars[OF_LOADS]) | dict.fromkeys(held, 0.0)
+            columns |= {name + suffix + ERROR_SUFFIX: value for name, value in at_rig.items()}
         return columns
 
     def _add(self, summary: Summary) -> None:

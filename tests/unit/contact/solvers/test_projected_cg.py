@@ -76,6 +76,31 @@ def test_tangential_solution_is_that_of_the_dense_system(forced):
     np.testing.assert_allclose(moved, wanted, atol=1e-5 * np.abs(wanted).max())  # outside of the zone, too
 
 
+@pytest.mark.parametrize("softness", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("forced", "sprung"), [([], [0]), ([1, 2], [0]), ([0], [1, 2]), ([], [0, 1, 2])])
+def test_a_rig_adds_its_compliance_to_the_dense_system(forced, sprung, softness):
+    """And costs no iterations: softness is about the rig's compliance over the contact's."""
+    modes, contact = NormalModes(GRID), zone(center=(0.05, -0.1))
+    cg = ProjectedCG(Workspace(1, GRID.shape, np.float32))
+    residual = np.random.default_rng(0).normal(size=(1, *GRID.shape)) * contact
+    compliance = softness * np.diag([0.05, 0.2, 0.3])
+    compliance[1, 2] = compliance[2, 1] = 0.1 * softness
+    cg.residual[:], cg.zone[:], cg.weight[:] = residual, contact, contact
+    cg.constrain(np.eye(3)[forced], GRID.x, GRID.y, (sprung, compliance))
+    iterations = cg.solve(*INNER_NORMAL, 1e-5, 0.0, 200)
+    inside = contact.ravel()
+    rigid = np.array([constraint(modes, 1, mode).ravel()[inside] for mode in range(3)])
+    matrix = dense(1)[np.ix_(inside, inside)]
+    matrix += rigid[sprung].T @ compliance[np.ix_(sprung, sprung)] @ rigid[sprung]
+    expected = saddle_point(matrix, rigid[forced].reshape(len(forced), inside.sum()), residual.ravel()[inside])
+    np.testing.assert_allclose(cg.solution.ravel()[inside], expected, atol=2e-3 * np.abs(expected).max())
+    solution, moved = cg.found
+    wanted = np.empty_like(solution)
+    OPERATOR.inner.normal(solution, wanted)
+    np.testing.assert_allclose(moved, wanted, atol=1e-4 * max(1.0, softness**0.5) * np.abs(wanted).max())
+    assert iterations < 20
+
+
 def constraint(modes, components, mode):
     field = np.zeros((components, *GRID.shape))
     modes.displacement(np.eye(3)[mode], field[0] if components == 1 else field)

@@ -1,0 +1,86 @@
+"""The plan of a fit: the case, its parameters, the measured loop and the models that follow it, all checked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from fretsolve.case.loading import CaseText, read_case
+from fretsolve.case.models import Case
+from fretsolve.errors import CaseError
+from fretsolve.problem.setup.problem import compiling_pays
+from fretsolve.simulation.problem_setup import set_up
+from fretsolve.sweep.fit.loop_file import bare_name, read_loop_file
+from fretsolve.sweep.fit.measured_loop import MeasuredLoop, cut
+from fretsolve.sweep.fit.model_loop import (
+    ACTUATOR,
+    COARSE_INCREMENTS,
+    COARSE_POINTS,
+    FINE_INCREMENTS,
+    FORCE,
+    MOTION,
+    LoopModel,
+    pressing_entries,
+)
+from fretsolve.sweep.fit.parameters import Parameter, read_parameters
+
+USUAL_LOOPS = 20
+"""About how many loops a fit solves."""
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """A fit as the command line has it. names: of the parameters; columns: headings of force and motion, None for the
+    usual ones; offset: whether offset and drift of both are found, too.
+    """
+
+    case: Path
+    overrides: Sequence[str]
+    loop: Path
+    names: Sequence[str]
+    columns: tuple[str, str] | None = None
+    offset: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class FitPlan:
+    """A checked fit. models: in the order in which they are fitted, the last one on the grid of the case."""
+
+    request: FitRequest
+    text: CaseText
+    case: Case
+    parameters: tuple[Parameter, ...]
+    loop: MeasuredLoop
+    models: tuple[LoopModel, ...]
+
+
+def make_fit_plan(request: FitRequest) -> FitPlan:
+    """Read case and loop. Raises CaseError, FileError."""
+    text = read_case(request.case).overridden(request.overrides)
+    case = text.case()
+    if case.wear is not None:
+        raise case.source.problem("a fit follows one settled cycle, without wear; leave it out", ("wear",))
+    parameters = read_parameters(request.names, text, case)
+    pressing = pressing_entries(text, case)
+    usual = MOTION if case.rig is None else ACTUATOR
+    columns = request.columns or (FORCE, usual)
+    named = bare_name(columns[1])
+    motion = named if named in (MOTION, ACTUATOR) else usual
+    if motion == ACTUATOR and case.rig is None:
+        raise CaseError(
+            "is known with a rig alone; add rig: {stiffness_x: 50 kN/mm} to the case", (), "--columns actuator_x"
+        )
+    force, moved = read_loop_file(request.loop, columns, (case.dimensions[FORCE], case.dimensions[motion]))
+    loop = cut(force, moved, request.loop, offset=request.offset)
+    if len(loop.force) <= len(parameters) + 2:
+        raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
+    ways, coarse_ways = ((loop.way(0, n), loop.way(1, n)) for n in (FINE_INCREMENTS, COARSE_INCREMENTS))
+    fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, None)
+    saved = USUAL_LOOPS * set_up(fine.case([one.start for one in parameters])).seconds_saved
+    fine = replace(fine, compiled=compiling_pays(saved))
+    # a row of cells is solved as fast as a coarse one
+    points = case.grid.points
+    is_fine = case.plane is None and (points is None or max(points) > COARSE_POINTS)
+    coarse = replace(fine, points=COARSE_POINTS if is_fine else None, ways=coarse_ways)
+    return FitPlan(request, text, case, parameters, loop, (coarse, fine))
