@@ -12,7 +12,7 @@ from fretsolve.case.keys.wear_spec import WearSpec
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
+from fretsolve.problem.setup.wear_forms import AnyWornCycle, WornCycle, worn_cycles
 from fretsolve.reference.materials import material_named
 from fretsolve.reference.tangential import full_stick_compliance
 
@@ -169,7 +169,7 @@ def wear_lines(setup: ProblemSetup) -> Iterator[str]:
     yield f"\n# wear by {_law(wear)}"
     cycles = worn_cycles(setup.closed_forms)
     for cycle in cycles:
-        yield from _cycle_lines(cycle, max(setup.grid.dx, setup.grid.dy))
+        yield from _cycle_lines(cycle, setup.grid.dx if setup.model.line else max(setup.grid.dx, setup.grid.dy))
     if not cycles:
         yield "no closed form tells how much wears here"
     yield LEFT_OUT
@@ -183,19 +183,20 @@ def _law(wear: WearSpec) -> str:
     return f"pressure and slip (Archard): k = {WEAR_COEFFICIENT.shown(wear.k or 0.0)}{power}, {parts}"
 
 
-def _cycle_lines(cycle: WornCycle, cell: float) -> Iterator[str]:
+def _cycle_lines(cycle: AnyWornCycle, cell: float) -> Iterator[str]:
     first, last = cycle.stages
     jumps = cycle.jumps
     chosen = f"of {jumps.jump:g}" if jumps.jump is not None else f"by a tolerance of {percent(jumps.tolerance)}"
+    per = "" if isinstance(cycle, WornCycle) else "/mm"
     yield f"stages {first} to {last} stand for {jumps.represents:g} cycles, in jumps {chosen}"
     yield (
-        f"at first a cycle dissipates {cycle.energy:.4g} mJ and wears {cycle.volume_per_cycle:.4g} mm^3,"
+        f"at first a cycle dissipates {cycle.energy:.4g} mJ{per} and wears {cycle.volume_per_cycle:.4g} mm^3{per},"
         f" {in_small_unit(cycle.depth_per_cycle, 3)} deep on the mean where it slips"
     )
-    if cycle.slides:
-        yield from _gross_slip_lines(cycle)
-    else:
+    if isinstance(cycle, WornCycle) and not cycle.slides:
         yield from _partial_slip_lines(cycle)
+    else:
+        yield from _gross_slip_lines(cycle, per)
     most = cycle.explicit_limit(cell)
     beyond = f"; jumps of {jumps.jump:g} are beyond that" if jumps.jump is not None and jumps.jump > most else ""
     yield (
@@ -204,9 +205,9 @@ def _cycle_lines(cycle: WornCycle, cell: float) -> Iterator[str]:
     )
 
 
-def _gross_slip_lines(cycle: WornCycle) -> Iterator[str]:
-    distance, volume = in_small_unit(cycle.sliding_distance, 4), cycle.volume_at_first_rate
-    yield f"gross slip over {distance} in half a cycle at first; all cycles at that rate wear V = {volume:.4g} mm^3"
+def _gross_slip_lines(cycle: AnyWornCycle, per: str) -> Iterator[str]:
+    distance, worn = in_small_unit(cycle.sliding_distance, 4), f"{cycle.volume_at_first_rate:.4g} mm^3{per}"
+    yield f"gross slip over {distance} in half a cycle at first; all cycles at that rate wear V = {worn}"
     if (scar := cycle.scar) is not None:
         depth, delta_z = in_small_unit(max(scar.center_depth, 0.0), 3), in_small_unit(scar.delta_z, 4)
         yield (

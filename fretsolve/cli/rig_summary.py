@@ -1,4 +1,4 @@
-"""Describe in lines of text what closed forms know of a contact on its rig, for ``validate``."""
+"""Describe in lines of text what closed forms know of a contact on its rig, or of a line's motion, for ``validate``."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from fretsolve.case.dimensions import ANGLE, LENGTH, in_small_unit, percent
 from fretsolve.case.history import DIMENSIONS_BY_NAME
+from fretsolve.problem.setup.driven_contact import DrivenContact
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.rig_forms import DrivenContact, RigForms
+from fretsolve.problem.setup.rig_forms import RigForms
 
 MOST_STATES_LISTED = 20
 
@@ -19,26 +20,34 @@ def rig_lines(setup: ProblemSetup) -> Iterator[str]:
     forms = setup.on_rig
     if forms is None:
         return
-    yield "\n# rig in series with the contact"
     known = [*_stiffness_lines(forms), *_pressed_lines(forms), *_sheared_lines(forms)]
-    yield from known or ["no closed form tells how contact and rig share the actuator's motion"]
+    if setup.model.rig is not None:
+        yield "\n# rig in series with the contact"
+        yield from known or ["no closed form tells how contact and rig share the actuator's motion"]
+    elif known:
+        yield f"\n# motion of points {setup.case.reference_depth:g} mm deep in both bodies"
+        yield from known
 
 
 def _stiffness_lines(forms: RigForms) -> Iterator[str]:
     if (found := forms.reversal) is None:
         return
     (force, motion, actuator), given, sticking = found
-    unit = "N mm/rad" if force == "Mz" else "N/mm"
+    unit = "N mm/rad" if force == "Mz" else "N/mm^2" if forms.model.line else "N/mm"
     both = given + sticking
     of_both, of_contact = (f"{1.0 / one:.7g}" for one in (both, sticking))
     if forms.model.coupled:  # shear moves the surfaces along the normal too, which changes some parts in a hundred
         of_both, of_contact = (f"about {float(f'{1.0 / one:.3g}'):g}" for one in (both, sticking))
-    yield (
-        f"just after a reversal {force} changes by {of_both} {unit} over {actuator}, by {of_contact} {unit} over"
-        f" {motion}; the rig takes {percent(given / both, 3)} of {actuator}"
-    )
+    if forms.model.rig is None:
+        yield f"just after a reversal {force} changes by {of_contact} {unit} over {motion}"
+    else:
+        yield (
+            f"just after a reversal {force} changes by {of_both} {unit} over {actuator}, by {of_contact} {unit} over"
+            f" {motion}; the rig takes {percent(given / both, 3)} of {actuator}"
+        )
     if (slip := forms.gross_slip) is not None:
-        yield f"gross slip begins at {_motion(actuator, slip[1])}, {_motion(motion, slip[0])}"
+        at_actuator = "" if forms.model.rig is None else f"{_motion(actuator, slip[1])}, "
+        yield f"gross slip begins at {at_actuator}{_motion(motion, slip[0])}"
 
 
 def _pressed_lines(forms: RigForms) -> Iterator[str]:
@@ -47,7 +56,7 @@ def _pressed_lines(forms: RigForms) -> Iterator[str]:
     for stage, contact in enumerate(forms.pressed):
         if contact is not None and contact.force not in seen and len(seen) < MOST_STATES_LISTED:
             seen.add(contact.force)
-            yield _state(stage, ("P", "delta_z", "actuator_z"), contact)
+            yield _state(forms, stage, ("P", "delta_z", "actuator_z"), contact)
 
 
 def _sheared_lines(forms: RigForms) -> Iterator[str]:
@@ -62,14 +71,15 @@ def _sheared_lines(forms: RigForms) -> Iterator[str]:
             yield "... and more loads in later stages"
             return
         seen.add(state)
-        yield _state(stage, names, state)
+        yield _state(forms, stage, names, state)
 
 
-def _state(stage: int, names: Names, state: DrivenContact) -> str:
+def _state(forms: RigForms, stage: int, names: Names, state: DrivenContact) -> str:
     force, motion, actuator = names
     slides = ", gross slip" if state.slides else ""
-    load = f"{state.force:.7g} {DIMENSIONS_BY_NAME[force].unit}"
-    motions = f"{_motion(motion, state.motion)}, {_motion(actuator, state.actuator)}"
+    load = f"{state.force:.7g} {({**DIMENSIONS_BY_NAME, **forms.case.dimensions})[force].unit}"
+    motions = _motion(motion, state.motion)
+    motions += "" if forms.model.rig is None else f", {_motion(actuator, state.actuator)}"
     return f"stage {stage + 1} ends at {force} = {load}, {motions}{slides}"
 
 

@@ -226,6 +226,52 @@ class LineShear(MasingPath[LinePartialSlip]):
         return dissipated(self.path, lambda load: self.on_loading(load).work_per_cycle)
 
 
+@dataclass(frozen=True)
+class LineMotion(MasingPath[float]):
+    """How far points deep in both bodies move past each other along x under a path of forces Qx, at constant load.
+
+    A surface moves against a point at depth d by the integral of q [ln(d/|x - s|) + 1/(2 (1 - nu))] for d >> a, which
+    the stick zone does as a whole (Johnson, eq. 5.56, for shear). So mu times the potentials of pressures gives it.
+    compliance: A (1/MPa); depth: d exp((A + B)/2A), which takes up the second term; path: as in `LineShear`.
+    """
+
+    contact: LineContact
+    friction: float
+    compliance: float
+    depth: float
+    path: tuple[float, ...] = ()
+
+    @property
+    def limit(self) -> float:
+        """The force mu P (N/mm)."""
+        return self.friction * self.contact.load
+
+    @property
+    def least(self) -> float:
+        return SAME * self.limit
+
+    @property
+    def sticking(self) -> float:
+        """The motion per force without slip (mm^2/N), as just after a reversal: under a flat punch's traction."""
+        return self.compliance / math.pi * math.log(2.0 * self.depth / self.contact.half_width)
+
+    def on_loading(self, load: float) -> float:
+        """Return delta_x (mm) on first loading by `load`, or by the limit beyond it."""
+        left = self.contact.load - min(abs(load) / self.friction, self.contact.load)
+        sticking = self.contact.under(left).potential(self.depth) if left > 0.0 else 0.0
+        moved = self.friction * (self.contact.potential(self.depth) - sticking)
+        return math.copysign(self.compliance / math.pi * moved, load)
+
+    @property
+    def work_of_gross_slip(self) -> float:
+        """Energy (mJ/mm) of a cycle of a cylinder between both onsets of gross slip, A (mu P)^2/pi."""
+        return self.compliance * self.limit**2 / math.pi
+
+    def displacements(self) -> dict[str, float]:
+        """Return delta_x (mm) at the end of the path."""
+        return {"delta_x": math.fsum(factor * branch for factor, branch in self.branches)}
+
+
 def line_stick_ratio_under_bulk_alone(bulk: float) -> float:
     """Return c/a of a cylinder under bulk stress without Q, from b = (2/pi)(K - E), k^2 = 1 - (c/a)^2; bulk: b >= 0."""
     from scipy.optimize import brentq

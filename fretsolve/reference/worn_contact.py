@@ -1,4 +1,4 @@
-"""A sphere worn by fretting at constant load: the limit of partial slip, and gross slip.
+"""A sphere worn by fretting at constant load: the limit of partial slip, and gross slip; a cylinder in gross slip.
 
 In partial slip the stick zone keeps its radius c and its shape, and wear ends when no pressure is left around it (Popov
 2014): inside c Abel's transform keeps the unworn sphere's function g(x) = x^2/R, and outside the profile that is just
@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fretsolve.reference.hertz import HertzContact, hertz_sphere
+from fretsolve.reference.hertz import HertzContact, HertzLine, growing_root, hertz_sphere
 from fretsolve.system.arrays import DoubleArray
 
 
@@ -200,6 +200,56 @@ class WornByGrossSlip:
 def worn_by_gross_slip(load: float, radius: float, contact_modulus: float, volume: float) -> WornByGrossSlip:
     """Return a sphere under `load` > 0 of which gross slip has worn `volume` > 0 (mm^3)."""
     return WornByGrossSlip(hertz_sphere(load, radius, contact_modulus), contact_modulus, volume)
+
+
+@dataclass(frozen=True)
+class CylinderWornByGrossSlip:
+    """A cylinder under a constant load, worn by gross slip until `volume` V (mm^3/mm) is gone.
+
+    The pressure is taken as uniform, as above: it moves the surface by -(A/pi) times the integral of p ln|x - s|
+    (Johnson, Contact Mechanics (1985), section 2.5(a)), which the scar's profile makes up for. unworn: Hertz's contact;
+    depth: length of the logarithm in delta_z (mm), in units of which a force does not sink the points it refers to.
+    """
+
+    unworn: HertzLine
+    volume: float
+    depth: float
+
+    def __post_init__(self) -> None:
+        if not self.volume > 0.0:
+            raise ValueError("a positive worn volume is needed")
+
+    @cached_property
+    def scar_radius(self) -> float:
+        """Half-width, the root of a^3 - (3/4) a0^2 a = (3/2) R V (mm)."""
+        square, cubed = 0.75 * self.unworn.half_width**2, 1.5 * self.unworn.radius * self.volume
+        return growing_root(
+            lambda a: a**3 - square * a - cubed, math.sqrt(square), math.sqrt(square) + math.cbrt(cubed)
+        )
+
+    @property
+    def delta_z(self) -> float:
+        """a^2/2R + (A P/pi) (1 + ln(depth/2a)), from first touch of the unworn cylinder (mm)."""
+        return self._cap + self._sinking * (1.0 + math.log(0.5 * self.depth / self.scar_radius))
+
+    @property
+    def center_depth(self) -> float:
+        """The worn depth in the middle, a^2/2R - (A P/pi) ln 2 (mm)."""
+        return self._cap - self._sinking * math.log(2.0)
+
+    @property
+    def mean_pressure(self) -> float:
+        """P/2a (MPa)."""
+        return 0.5 * self.unworn.load / self.scar_radius
+
+    @property
+    def _cap(self) -> float:
+        return 0.5 * self.scar_radius**2 / self.unworn.radius
+
+    @property
+    def _sinking(self) -> float:
+        """A P/pi, A = 2/E*."""
+        return 2.0 * self.unworn.load / (math.pi * self.unworn.contact_modulus)
 
 
 def volume_scale(unworn: HertzContact) -> float:

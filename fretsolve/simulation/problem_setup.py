@@ -33,7 +33,7 @@ from fretsolve.problem.setup.picked_settings import (
     size_by_closed_form,
     worn_reach,
 )
-from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, placed
+from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, compiling_pays, moves_with_loads, placed
 from fretsolve.problem.setup.wear_law import wear_law
 from fretsolve.problem.surface.separation import separation
 from fretsolve.system.arrays import BoolArray, DoubleArray, grown
@@ -67,7 +67,7 @@ def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
     model = derive_model(case, None if friction is None else friction.largest)
     _require_slip(case, model)
     at_contact = None
-    if model.rig is not None:
+    if moves_with_loads(case):
         from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
 
         at_contact = RigForms(case, model, imposed_along(case.stages(), model)).at_contact

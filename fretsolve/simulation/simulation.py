@@ -122,7 +122,7 @@ def states_of(
             _require_stable_on_rig(setup, increment, limit, last, fields, contact.solver)
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
-        summary = contact.with_displacements(summary, solved)
+        summary = contact.with_displacements(summary, solved, increment)
         if setup.model.rig is not None:
             summary = _with_actuator(summary, setup.model.rig, increment)
         if wear is not None:

@@ -17,7 +17,7 @@ from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.contact.increment.certificate import Solution
 from fretsolve.contact.increment.increment import SOLVER_TOLERANCE_SHARE, IncrementSolver
 from fretsolve.contact.increment.states import InitialState
-from fretsolve.contact.solvers.rigid_modes import TangentialModes
+from fretsolve.contact.solvers.rigid_modes import NormalModes, TangentialModes
 from fretsolve.errors import ContactLostError, NotConvergedError
 from fretsolve.problem.friction.limit import cycles_of_little_change
 from fretsolve.problem.model.load_control import LoadControl
@@ -148,10 +148,11 @@ class WornSurfaces:
             uz = np.empty_like(separation)
             operator.normal_from_shear(fields.shear.astype(np.float64), uz)
             separation += uz
-        # displacements as they are: in a line contact imposed displacements refer to points far below
-        rigid = start.rigid[:3]
-        values = np.where(control.forced, control.values, rigid).tolist()
-        held, pressure = LoadControl(control.forced, (*values,)), fields.pressure.astype(np.float64)
+        # displacements as they are: in a line contact imposed displacements refer to points far below; on a rig the
+        # actuator's motions as they are
+        rigid, pressure = start.rigid[:3], fields.pressure.astype(np.float64)
+        motions = rigid + control.given_way(NormalModes(self._solver.grid).resultants(pressure))
+        held = replace(control, values=(*np.where(control.forced, control.values, motions).tolist(),))
         tolerance = SOLVER_TOLERANCE_SHARE * self._solver.tolerance
         return ProfileProblem(separation, held, rigid, pressure, tolerance, self._solver.max_iterations)
 

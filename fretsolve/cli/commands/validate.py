@@ -74,7 +74,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
     yield from closed_form_lines(setup)
-    if setup.model.rig is not None:
+    if setup.on_rig is not None:
         from fretsolve.cli.rig_summary import rig_lines  # other cases do not need them
 
         yield from rig_lines(setup)

@@ -83,8 +83,8 @@ def gross_slip_error(
 ) -> SlidingError:
     """Return the error for tangential loads of which friction carries `factor`; capacity: mu P (N).
 
-    line: for a line contact, whose loads are per mm and whose motion cannot be imposed; varied: the capacity is the sum
-    of a friction limit that is not mu P; rig: in series with the contact.
+    line: for a line contact, whose loads are per mm and whose motion along y cannot be imposed; varied: the capacity is
+    the sum of a friction limit that is not mu P; rig: in series with the contact.
     """
     loads, limit = imposed.imposed_resultant, "sum of the friction limit" if varied else "mu P"
     unit = "N/mm" if line else "N"
@@ -99,7 +99,9 @@ def gross_slip_error(
     carried = f"at most {factor:.6g} of it" if factor > 0.0 else "none of it"
     if abs(factor - 1.0) < 2e-6:  # which six digits do not show
         carried = "slightly less"
-    instead = "" if line else f", or impose {' and '.join(driver(rig, motion) for _, _, motion in named)} instead"
+    instead = f", or impose {' and '.join(driver(rig, motion) for _, _, motion in named)} instead"
+    if line:
+        instead = "" if loads[1] else f"{instead}, with a reference_depth"
     return SlidingError(
         f"gross slip under {', '.join(load for _, load, _ in named)}: friction carries {carried} ({limit} ="
         f" {capacity:.6g} {unit}); lower the load, {'' if instead else 'or '}raise P or the friction{instead}",

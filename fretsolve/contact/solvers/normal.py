@@ -115,11 +115,12 @@ class NormalSolver:
                 return SolverResult(rigid, iterations, residual, scale, solved)
             if stalled:  # the zone cycles, as on rough surfaces: from now on only the deepest cells join in N3
                 caution, since_halved = 1.0 - 0.4 * (1.0 - caution), 0
-            # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only the loads are missed, the zone is widened
-            if residual > tolerance:
+            # N5: CG1 to CG6 reduce the gap on the fixed zone (T10); if only imposed loads are missed, it is widened
+            of_rig = accurate and errors.largest > 0.0 and self._unbalance(control, pressure) <= tolerance
+            if residual > tolerance or of_rig:
                 self._prepare_cg(control, errors.largest, misfit)
                 settled, cells = self._gram[0][0] == cells, self._gram[0][0]
-                reduction = max(SETTLED_REDUCTION if settled else REDUCTION, 0.3 * tolerance / residual)
+                reduction = max(SETTLED_REDUCTION if settled else REDUCTION, min(0.3 * tolerance / residual, 0.3))
                 elastic, inverse = self.operator.inner.normal, self.operator.preconditioner.normal
                 iterations += self._cg.solve(elastic, inverse, reduction, 0.0, max_iterations - iterations)
                 fields = pressure[None], self._gap[None], self.uz

@@ -21,6 +21,7 @@ from fretsolve.contact.solvers.normal import SolverResult
 from fretsolve.contact.solvers.projected_cg import ProjectedCG, springs_of
 from fretsolve.contact.solvers.rigid_modes import (
     SINGLE_MODES,
+    SINGULAR,
     TangentialModes,
     is_singular,
     larger,
@@ -253,7 +254,10 @@ class TangentialSolver:
         imposed, arguments = control.displacement(self.modes.resultants(shear)), (self.modes.x, self.modes.y)
         fields = self._normal, self._cg.weight
         sums, gram = self._kernels.take_slip(self._slip, elastic_slip, imposed, *arguments, *fields)
-        misfit = solve_modes(gram, sums, sorted([*control.forced_index, *control.sprung_index]))
+        # where all cells slip along a motion, they take nothing of it, and its weight is rounding
+        least = SINGULAR * (gram[0][0] + gram[1][1]) * np.square(self.modes.arms[3:])
+        fitted = sorted([*control.forced_index, *control.sprung_index])
+        misfit = solve_modes(gram, sums, [mode for mode in fitted if gram[mode][mode] > least[mode]])
         misfit[control.forced_index] = 0.0
         taken, loads = self.modes.meet_rig(control, misfit, gram, self.operator.unit)
         return imposed, misfit - taken, loads

@@ -18,6 +18,7 @@ from fretsolve.contact.increment.increment import IncrementSolver, Solved
 from fretsolve.contact.zones.edge_law import LEVER, LEVER_ALONG, LEVER_MOST, LEVER_SLANTING, EdgeLaw, ZoneFields
 from fretsolve.contact.zones.zone_cells import MARGIN_CELLS, Front, ZoneCells
 from fretsolve.problem.model.grid import Grid
+from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.layout import may_have_spots
@@ -185,7 +186,7 @@ class AreaContact:
         """Return the rigid displacements that the next increment counts from: the history's displacements `rigid`."""
         return rigid
 
-    def with_displacements(self, summary: Summary, solved: Solved) -> Summary:
+    def with_displacements(self, summary: Summary, solved: Solved, increment: Increment) -> Summary:
         """Return a row of the history with the rigid displacements as they are meant: the solution's."""
         return summary
 

@@ -12,6 +12,7 @@ from fretsolve.contact.increment.line_increment import LineIncrementSolver, Poin
 from fretsolve.contact.zones.edge_law import LEVER_ALONG, EdgeLaw, ZoneFields
 from fretsolve.contact.zones.zone_cells import MARGIN_CELLS, Links, ZoneCells
 from fretsolve.problem.model.grid import LineGrid
+from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import Fields, Summary, Zone
@@ -87,9 +88,15 @@ class LineContact:
         """Return the rigid displacements that the next increment counts from; rigid: from the history."""
         return self.solver.rigid_start(fields.pressure, fields.shear, rigid)
 
-    def with_displacements(self, summary: Summary, solved: Solved) -> Summary:
-        """Return a row of the history with rigid displacements of points at depth, NaN for unknown ones."""
+    def with_displacements(self, summary: Summary, solved: Solved, increment: Increment) -> Summary:
+        """Return a row of the history with rigid displacements of points at depth, NaN for unknown ones.
+
+        Imposed ones are as they are, since the solution has them up to its tolerance.
+        """
         delta_z, delta_x = self.solver.displacements(solved)
+        normal, tangential = increment.normal, increment.tangential
+        delta_z = delta_z if normal.forced[0] or normal.compliance is not None else normal.values[0]
+        delta_x = delta_x if tangential.forced[0] or tangential.compliance is not None else tangential.values[0]
         return replace(summary, delta_z=delta_z, delta_x=delta_x, delta_y=math.nan)
 
     def sizes(self, solved: Solved, slip_before: FloatArray) -> dict[str, float]:

@@ -125,6 +125,11 @@ class ClosedForms:
         find = cache(self.hertz_under)
         return tuple(None if is_tilted(load) else find(*pressing(load)) for load in self.loads)
 
+    @property
+    def contacts(self) -> tuple[HertzContact | LineContact | None, ...]:
+        """Hertz's contact at the end of each stage, or a line's; None where no closed form gives it."""
+        return self.hertz
+
     def hertz_under(self, name: str, value: float) -> HertzContact | None:
         """Return Hertz's contact, upright, under P or a sphere's under delta_z; None without one."""
         surface, angle = self._only_surface, 0.0

@@ -23,7 +23,7 @@ from fretsolve.errors import CaseError, KeyPath
 from fretsolve.problem.model.grid import LARGE_GRID
 from fretsolve.problem.model.required_terms import ModelPart
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
+from fretsolve.problem.setup.wear_forms import AnyWornCycle, worn_cycles
 from fretsolve.system.environment import address_space
 
 CELL_BYTES: dict[ModelPart, float] = {
@@ -126,7 +126,7 @@ def _solved_cycles(setup: ProblemSetup) -> dict[KeyPath, dict[str, float]]:
     return {key: _by_cause(one, known.get(key), setup.model.coupled) for key, one in jumps.items() if one is not None}
 
 
-def _by_cause(jumps: WearJumps, cycle: WornCycle | None, coupled: bool) -> dict[str, float]:
+def _by_cause(jumps: WearJumps, cycle: AnyWornCycle | None, coupled: bool) -> dict[str, float]:
     """Return about how many cycles are solved because of each key. cycle: what closed forms say, None if nothing.
 
     coupled: whether pressure and shear change each other.

@@ -15,7 +15,7 @@ import numpy as np
 from fretsolve.problem.setup.closed_forms import WITH_LAYER, ClosedForm, ClosedForms, Load, is_tilted, spence_ratio
 from fretsolve.reference.cyclic_loading import SAME
 from fretsolve.reference.hertz import HertzContact, HertzLine, LineContact, RoundedPunch
-from fretsolve.reference.line_slip import LinePartialSlip, LineShear
+from fretsolve.reference.line_slip import LineMotion, LinePartialSlip, LineShear
 
 
 @dataclass(frozen=True)
@@ -125,6 +125,17 @@ class LineClosedForms(ClosedForms):
             return None
         return shear
 
+    def motion(self, contact: LineContact) -> LineMotion | None:
+        """Return how points at the reference depth move with Qx between like bodies; None without such a depth."""
+        depth, model = self.case.reference_depth, self.model
+        if depth is None or not model.friction or model.coupled or model.bulk is not None or self.case.friction_varies:
+            return None
+        if model.compliances.layer_shear or not model.compliances.A:
+            return None
+        pair = model.compliances
+        deep = depth * math.exp(0.5 * (pair.A + pair.B) / pair.A)
+        return LineMotion(contact, model.friction, pair.A, deep)
+
     @cached_property
     def shaken_down(self) -> LinePartialSlip | None:
         """Force and bulk stress by half of what the last two stages change, once they repeat; None if it is not known.
@@ -150,8 +161,8 @@ class LineClosedForms(ClosedForms):
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages."""
-        if self.model.terms.normal_tangential_coupling:
-            return
+        if self.model.terms.normal_tangential_coupling or self.case.wear is not None:
+            return  # wear changes the shape of the surfaces
         for stage, contact in enumerate(self.contacts):
             if contact is None:
                 continue

@@ -56,7 +56,8 @@ def size_by_closed_form(forms: ClosedForms) -> Size | None:
         side = 2.0 * max(AREA_MARGIN * reach, COUPLED_MARGIN * _sheared_reach(forms))
         return side, side
     if forms.model.line and (width := forms.contact_width(0.0)):
-        side = (COUPLED_LINE_MARGIN if forms.model.coupled and forms.model.moved else AREA_MARGIN) * width
+        margin = COUPLED_LINE_MARGIN if forms.model.coupled and forms.model.moved else AREA_MARGIN
+        side = margin * max(width, 2.0 * worn_reach(forms))
         return side, side
     return None
 

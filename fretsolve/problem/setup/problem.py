@@ -79,8 +79,8 @@ class ProblemSetup:
 
     @cached_property
     def on_rig(self) -> RigForms | None:
-        """What closed forms know of the contact on its rig; None without a rig."""
-        if self.model.rig is None:
+        """What closed forms know of the contact on its rig, or of a line's motion; None without rig or depth."""
+        if not moves_with_loads(self.case):
             return None
         from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
 
@@ -141,9 +141,14 @@ class ProblemSetup:
         return law
 
 
+def moves_with_loads(case: Case) -> bool:
+    """Return whether closed forms may turn motions into loads: on a rig, or at a line's reference depth."""
+    return case.rig is not None or case.reference_depth is not None
+
+
 def closed_forms_of(case: Case, model: Model, loads: tuple[Load, ...]) -> ClosedForms:
     """Return the closed forms that hold for a case under `loads` one after another."""
-    if model.rig is not None:
+    if moves_with_loads(case):
         from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
 
         loads = RigForms(case, model, (model.at_start, *loads)).loads[1:]

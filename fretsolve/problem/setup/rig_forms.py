@@ -1,5 +1,7 @@
 """What closed forms know of a contact on a rig: loads at the contact that motions of the actuator amount to.
 
+Of a line contact they also know what motions of points at the reference depth amount to, with a rig and without one.
+
 The normal load follows from D = delta_z(P) + C P with Hertz, Boussinesq or Love. A tangential one follows from
 D = delta(Q) + C Q along the load path, with Cattaneo and Mindlin, or Lubkin, at constant P between like bodies. Where
 the contact slides as a whole, Q stays at its limit, and the contact moves by D - C Q. Nothing is known of a rig whose
@@ -8,9 +10,8 @@ modes act on each other.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,89 +21,22 @@ from fretsolve.case.models import Case
 from fretsolve.problem.model.increment_grading import SHARES, LoadsAtContact
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.problem.setup.closed_forms import ClosedForm, ClosedForms, Load, is_tilted
-from fretsolve.reference.cyclic_loading import SAME, CyclicLoading, turning_points
-from fretsolve.reference.hertz import boussinesq_punch, love_cone
+from fretsolve.problem.setup.driven_contact import DrivenContact, DrivenPath
+from fretsolve.problem.setup.line_forms import LineClosedForms
+from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
+from fretsolve.reference.hertz import HertzContact, boussinesq_punch, love_cone
 from fretsolve.reference.tangential import full_stick_compliance
 from fretsolve.system.arrays import DoubleArray
-
-DIGITS = 12
-"""Digits of a force over its limit, so that cycles that repeat come back to the same numbers."""
 
 Approach = tuple[float, float]
 """The approach under 1 N (mm), and the power of P with which it grows."""
 
 
 @dataclass(frozen=True)
-class DrivenContact:
-    """A contact at the end of a stage: its force or torque (N, N mm), its motion and the actuator's (mm, rad).
-
-    slides: whether it slides as a whole.
-    """
-
-    force: float
-    motion: float
-    actuator: float
-    slides: bool
-
-
-@dataclass
-class _Path:
-    """The way of a contact between like bodies, on a rig in series, along one tangential mode.
-
-    names: force, motion and actuator; shear: the contact without a load; compliance: of the rig (mm/N, rad/(N mm));
-    turns: forces at the turning points that the contact remembers; slid: motion by which it has slid as a whole;
-    known: what followed from where it stood, as cycles come back to it.
-    """
-
-    names: tuple[str, str, str]
-    shear: CyclicLoading
-    compliance: float
-    turns: tuple[float, ...] = ()
-    slid: float = 0.0
-    known: dict[object, tuple[DrivenContact, tuple[float, ...], float]] = field(default_factory=dict)
-
-    def motion(self, force: float) -> float:
-        """Return the motion of the contact under `force` next, without that by which it has slid."""
-        return math.fsum(replace(self.shear, path=(*self.turns, force)).displacements().values())
-
-    def follow(self, load: Load) -> DrivenContact | None:
-        """Go to a load; return the contact there, None where it has a force that friction does not carry."""
-        name = next(name for name in self.names if name in load)
-        key = self.turns, self.slid, name, load[name]
-        if key not in self.known:
-            found = self._at(name, load[name])
-            if found is None:
-                return None
-            turns, _ = turning_points((*self.turns, found.force), self.shear.least)
-            self.known[key] = found, turns[1:], found.motion - self.motion(found.force)
-        found, self.turns, self.slid = self.known[key]
-        return found
-
-    def _at(self, name: str, value: float) -> DrivenContact | None:
-        from scipy.optimize import brentq  # most cases need no root
-
-        most = self.shear.limit
-        if name == self.names[0]:
-            motion = self.motion(value) + self.slid
-            return DrivenContact(value, motion, motion + self.compliance * value, False) if abs(value) < most else None
-        given = self.compliance if name == self.names[2] else 0.0
-
-        def excess(force: float) -> float:
-            return self.motion(force) + self.slid + given * force - value
-
-        if (slides := excess(most) <= 0.0) or excess(-most) >= 0.0:
-            force, slides = most if slides else -most, True
-        else:
-            force = most * round(brentq(excess, -most, most, xtol=1e-15 * most) / most, DIGITS)
-        motion = value - given * force
-        return DrivenContact(force, motion, motion + self.compliance * force, slides)
-
-
-@dataclass(frozen=True)
 class RigForms:
     """A contact on a rig along its load path. Stages are counted from 0.
 
-    imposed: the load components before the first stage and at the end of each one.
+    imposed: the load components before the first stage and at the end of each one. Without a rig it gives by nothing.
     """
 
     case: Case
@@ -113,16 +47,17 @@ class RigForms:
     def loads(self) -> tuple[Load, ...]:
         """As `imposed`, with loads of the contact in place of the actuator's motions that closed forms turn into them.
 
-        A contact that slides as a whole has its own motion.
+        In a line contact they take the place of its own motions too. A contact that slides as a whole has its motion.
         """
-        if not self._is_diagonal or not any(name in load for load in self.imposed for name in ACTUATORS.values()):
+        turned = {*ACTUATORS.values(), *(COMPONENTS[3] if self.model.line else ())}
+        if not self._is_diagonal or not any(turned & load.keys() for load in self.imposed):
             return self.imposed
         loads = list(self._pressed)
         for index, (path, state) in self._followed.items():
-            force, motion, actuator = path.names
-            if actuator in loads[index]:
+            force, motion, _ = path.names
+            if given := turned & loads[index].keys() & set(path.names):
                 named = {motion: state.motion} if state.slides else {force: state.force}
-                loads[index] = {name: value for name, value in loads[index].items() if name != actuator} | named
+                loads[index] = {name: value for name, value in loads[index].items() if name not in given} | named
         return tuple(loads)
 
     @cached_property
@@ -136,15 +71,15 @@ class RigForms:
         return self._path.names, {index - 1: state for index, (_, state) in self._followed.items()}
 
     @cached_property
-    def _followed(self) -> dict[int, tuple[_Path, DrivenContact]]:
+    def _followed(self) -> dict[int, tuple[DrivenPath, DrivenContact]]:
         """The way up to a load, and the contact under it, by the place of the load in `imposed`."""
-        first, found = self._first_moved, dict[int, tuple[_Path, DrivenContact]]()
+        first, found = self._first_moved, dict[int, tuple[DrivenPath, DrivenContact]]()
         if self._path is None or first is None:
             return found
         path = replace(self._path)
         for index in range(first - 1, len(self.imposed)):
-            here, before = self._forms.hertz[index], replace(path)
-            if here is None or abs(here.load - path.shear.hertz.load) > SAME * here.load:
+            here, before = self._forms.contacts[index], replace(path)
+            if here is None or abs(here.load - path.load) > SAME * here.load:
                 break
             if (state := path.follow(self.imposed[index])) is None:
                 break
@@ -172,7 +107,12 @@ class RigForms:
         None where the contact is no circle, or where several modes move. The contact sticks, as just after a reversal.
         """
         moved, largest = self._moved_modes, self._forms.largest
-        if len(moved) != 1 or largest is None or not largest.is_circle or not self._is_diagonal:
+        if len(moved) != 1 or not self._is_diagonal:
+            return None
+        if isinstance(self._forms, LineClosedForms):
+            known = None if self._forms.widest is None or moved != (3,) else self._forms.motion(self._forms.widest)
+            return None if known is None else (COMPONENTS[3], self._compliance(3), known.sticking)
+        if largest is None or not largest.is_circle:
             return None
         mode, a, material = moved[0], largest.contact_radius, self.model.compliances
         if material.layer_shear or not self.model.has_shear:
@@ -196,12 +136,14 @@ class RigForms:
             return
         names, states = self.driven
         in_plane, B = self.model.terms.in_plane_coupling, self.model.compliances.B
-        if B and (names[0] == "Mz") != in_plane:
+        if B and not self.model.line and (names[0] == "Mz") != in_plane:
             return
         source = "Lubkin" if names[0] == "Mz" else "Cattaneo-Mindlin"
+        source = self._forms.shear_source if isinstance(self._forms, LineClosedForms) else source
         for stage, state in states.items():
             if stage >= 0 and state.force:
-                found = zip(names, (state.force, state.motion, state.actuator), strict=True)
+                found = list(zip(names, (state.force, state.motion, state.actuator), strict=True))
+                found = found if self.model.rig is not None else found[:2]
                 yield from (ClosedForm(name, stage, value, source) for name, value in found)
 
     def course(self, stage: int) -> dict[str, DoubleArray]:
@@ -214,10 +156,10 @@ class RigForms:
             found["P"] = _by_motion(forces, scale * forces**power + self._compliance(0) * forces)
         if (followed := self._followed.get(stage + 1)) is not None:
             path, _ = followed
-            force, _, actuator = path.names
-            if actuator in raw and {force} <= before.keys() & after.keys():
-                forces = np.linspace(before[force], after[force], 50)
-                motions = np.array([path.motion(value) + path.compliance * value for value in forces.tolist()])
+            force, motion, actuator = path.names
+            if (actuator in raw or motion in raw) and {force} <= before.keys() & after.keys():
+                given, forces = path.given(raw), np.linspace(before[force], after[force], 50)
+                motions = np.array([path.motion(value) + given * value for value in forces.tolist()])
                 found[force] = _by_motion(forces, motions)
         return found
 
@@ -286,17 +228,22 @@ class RigForms:
     # The tangential load.
 
     @cached_property
-    def _path(self) -> _Path | None:
+    def _path(self) -> DrivenPath | None:
         """The way of the contact from the load before the first that shears it on; None without a closed form."""
         first, moved, model = self._first_moved, self._moved_modes, self.model
         if first is None or first == 0 or len(moved) != 1 or not self._is_diagonal or not model.has_shear:
             return None
         if model.coupled or model.bulk is not None or self.case.friction_varies or model.compliances.layer_shear:
             return None
-        hertz = self._forms.hertz[first - 1]
-        if hertz is None or not hertz.is_circle or any(map(is_tilted, self._pressed)):
+        mode, hertz = moved[0], self._forms.contacts[first - 1]
+        if hertz is None or any(map(is_tilted, self._pressed)):
             return None
-        mode = moved[0]
+        if not isinstance(hertz, HertzContact):
+            assert isinstance(self._forms, LineClosedForms)
+            along = self._forms.motion(hertz) if mode == 3 else None
+            return None if along is None else DrivenPath(COMPONENTS[3], along, hertz.load, self._compliance(3))
+        if not hertz.is_circle:
+            return None
         center = self.case.surface[0].center
         turns = any(COMPONENTS[5][2] in load for load in self._pressed)  # a force off the origin turns the rig
         if center != (0.0, 0.0) and (mode == 5 or turns):
@@ -304,7 +251,7 @@ class RigForms:
         direction = {3: (1.0, 0.0), 4: (0.0, 1.0)}.get(mode)
         compliance = model.compliances.torsional if mode == 5 else model.compliances.tangential
         shear = CyclicLoading(hertz, center, model.friction, compliance, direction, ())
-        return _Path(COMPONENTS[mode], shear, self._compliance(mode))
+        return DrivenPath(COMPONENTS[mode], shear, hertz.load, self._compliance(mode))
 
     @cached_property
     def _moved_modes(self) -> tuple[int, ...]:
@@ -320,11 +267,7 @@ class RigForms:
     @cached_property
     def _forms(self) -> ClosedForms:
         """The closed forms of pressing, also before the first stage."""
-        if self.model.line:
-            from fretsolve.problem.setup.line_forms import LineClosedForms  # other cases do not need them
-
-            return LineClosedForms(self.case, self.model, self._pressed)
-        return ClosedForms(self.case, self.model, self._pressed)
+        return (LineClosedForms if self.model.line else ClosedForms)(self.case, self.model, self._pressed)
 
     @cached_property
     def _raw_forms(self) -> ClosedForms:
@@ -333,11 +276,10 @@ class RigForms:
     @cached_property
     def _is_diagonal(self) -> bool:
         rig = self.model.rig
-        return rig is not None and np.array_equal(rig.compliance, np.diag(np.diag(rig.compliance)))
+        return rig is None or np.array_equal(rig.compliance, np.diag(np.diag(rig.compliance)))
 
     def _compliance(self, mode: int) -> float:
-        assert self.model.rig is not None
-        return float(self.model.rig.compliance[mode, mode])
+        return 0.0 if self.model.rig is None else float(self.model.rig.compliance[mode, mode])
 
 
 def _by_motion(forces: DoubleArray, motions: DoubleArray) -> DoubleArray:

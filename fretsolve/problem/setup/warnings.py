@@ -162,7 +162,10 @@ def _about_sliding(setup: ProblemSetup) -> Iterator[str]:
             name, loads = "Mz", f"{abs(Mz):.6g} N mm is not below the {most_torque:.6g} N mm ({of_torque})"
         else:
             continue
-        advice = "lower it" if setup.model.line else f"impose {driver(setup.model.rig, dict(PAIRS)[name])} to follow it"
+        advice = f"impose {driver(setup.model.rig, dict(PAIRS)[name])} to follow it"
+        if setup.model.line and setup.case.reference_depth is None:
+            advice += ", with a reference_depth"
+        advice = "lower it" if setup.model.line and name == "Qy" else advice
         place = _typed(setup, *stage.place(name))
         yield f"{place}: {loads} that friction carries: gross slip ends the run; {advice}"
         return
@@ -214,9 +217,10 @@ def _about_large_contacts(setup: ProblemSetup) -> Iterator[str]:
 
 def _about_motions(setup: ProblemSetup) -> Iterator[str]:
     """Warn of motions that are not small against a contact by Hertz."""
-    if (hertz := setup.closed_forms.largest) is None:
+    hertz, line = setup.closed_forms.largest, setup.closed_forms.widest
+    if hertz is None and line is None:
         return
-    radius = min(hertz.half_extent)
+    radius = line.half_width if line is not None else min(hertz.half_extent) if hertz is not None else 0.0
     loads = zip(setup.load_path.imposed, setup.closed_forms.loads, strict=True)
     for (imposed, load), name in product(loads, ("delta_x", "delta_y", "phi_z")):
         actuator = ACTUATORS[name]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from fretsolve.case.keys.load_path_spec import WearJumps
 from fretsolve.case.keys.unrolled_path import CyclePass
 from fretsolve.errors import KeyPath
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load
-from fretsolve.reference.hertz import HertzContact
+from fretsolve.reference.hertz import HertzContact, HertzLine
 from fretsolve.reference.layered import onset_compliance
 from fretsolve.reference.tangential import CattaneoMindlin, cattaneo_mindlin
 from fretsolve.reference.worn_contact import (
@@ -26,6 +27,9 @@ from fretsolve.reference.worn_contact import (
     worn_limit_at_displacement,
     worn_limit_at_force,
 )
+
+if TYPE_CHECKING:
+    from fretsolve.problem.setup.worn_line import WornLineCycle
 
 EXPLICIT_LIMIT = 1.161
 """Depth of a jump over p dx/E* from which an explicit update of the profile is unstable: 2 lam/(dx/E*), lam being the
@@ -155,6 +159,11 @@ class WornCycle:
         return min(reached, end.scar_radius)
 
     @property
+    def unworn_radius(self) -> float:
+        """The radius of the contact before wear (mm)."""
+        return self.hertz.contact_radius
+
+    @property
     def longest_path(self) -> float:
         """Path of slip (mm) in one of the first cycles at the contact's rim, the longest of all."""
         rim = float(self.slip.slip(np.array(self.hertz.contact_radius)))
@@ -175,22 +184,26 @@ class WornCycle:
         return cattaneo_mindlin(self.hertz, self.friction, self._limit, self.compliance)
 
 
+AnyWornCycle: TypeAlias = "WornCycle | WornLineCycle"
+
+
 def _radius_with(unworn: HertzContact, volume: float) -> float:
     """Return (a0^4 + 4 R V/pi)^(1/4)."""
     fourth = unworn.contact_radius**4 + 4.0 * unworn.radii[0] * volume / math.pi
     return math.sqrt(math.sqrt(fourth))
 
 
-def worn_cycles(forms: ClosedForms) -> tuple[WornCycle, ...]:
+def worn_cycles(forms: ClosedForms) -> tuple[AnyWornCycle, ...]:
     """Return the cycles of a case that stand for others and have closed forms."""
     return tuple(cycle for one in _first_repetitions(forms) if (cycle := _worn_cycle(forms, *one)) is not None)
 
 
 def worn_radius(forms: ClosedForms) -> float:
-    """Return a radius (mm) that the worn contact of a sphere does not exceed, 0 where closed forms do not tell."""
-    cycles = worn_cycles(forms)
+    """Return a radius (mm) that the worn contact does not exceed, or half a width; 0 where closed forms do not tell."""
+    found = worn_cycles(forms)
+    cycles = [cycle for cycle in found if isinstance(cycle, WornCycle)]
     sliding = sum(cycle.volume_at_first_rate for cycle in cycles if cycle.slides)
-    reached = [cycle.largest_radius for cycle in cycles]
+    reached = [cycle.largest_radius for cycle in found]
     if sliding > 0.0:
         hertz = max((cycle.hertz for cycle in cycles), key=lambda one: one.load)
         reached.append(_radius_with(hertz, sliding))
@@ -212,18 +225,20 @@ def _first_repetitions(forms: ClosedForms) -> Iterator[tuple[CyclePass, int, int
         yield cycle, index, last
 
 
-def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> WornCycle | None:
-    """Return a cycle; None unless a sphere is pressed alike, upright, and one component moves it to and fro."""
+def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> AnyWornCycle | None:
+    """Return a cycle; None unless a sphere is pressed alike, upright, and one component moves it to and fro.
+
+    Of a line it is gross slip of a cylinder between imposed motions.
+    """
     case, model, wear, pair = forms.case, forms.model, forms.case.wear, forms.model.compliances
     if wear is None or wear.exponent is not None or cycle.jumps is None:
         return None
     if case.friction_varies or case.friction.pair is not None or model.bulk is not None:
         return None
-    hertz = forms.hertz[last]
-    if model.line or hertz is None or not hertz.is_circle:
-        return None
     # the stage before the cycle is at the loads with which it ends
-    if not first or any(forms.hertz[stage] != hertz for stage in range(first - 1, last + 1)):
+    contacts = forms.contacts[max(first - 1, 0) : last + 1]
+    hertz = contacts[-1]
+    if not first or hertz is None or any(one != hertz for one in contacts):
         return None
     loads = forms.loads[first - 1 : last + 1]
     moved = _alternating(loads)
@@ -231,6 +246,14 @@ def _worn_cycle(forms: ClosedForms, cycle: CyclePass, first: int, last: int) -> 
         return None
     name, least, most = moved
     coefficient = wear.alpha if wear.alpha is not None else (wear.k or 0.0) / model.friction
+    if model.line:
+        from fretsolve.problem.setup.worn_line import worn_line_cycle  # other cases do not need it
+
+        if name != "delta_x" or not isinstance(hertz, HertzLine):
+            return None
+        return worn_line_cycle(forms, cycle, (first + 1, last + 1), hertz, coefficient, 0.5 * (most - least))
+    if not isinstance(hertz, HertzContact) or not hertz.is_circle:
+        return None
     targets = (target for stage in case.stages() for target in stage.targets)
     moved_by_rig = {name for name, value in targets if name in OF_RIG and value}
     return WornCycle(

@@ -16,7 +16,7 @@ from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.setup.cost_estimate import too_many_cycles
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, closed_forms_of, model_of_forms
-from fretsolve.problem.setup.wear_forms import WornCycle, worn_cycles
+from fretsolve.problem.setup.wear_forms import AnyWornCycle, worn_cycles
 from fretsolve.reference.worn_contact import WornLimit
 from fretsolve.system.arrays import DoubleArray
 
@@ -60,7 +60,7 @@ def _change(limit: WornLimit, volume: float, zone: float, load_kept: bool) -> fl
     return abs(change) * min(1.0, volume / limit.volume) ** 2
 
 
-def only_worn_cycle(result: Result) -> WornCycle | None:
+def only_worn_cycle(result: Result) -> AnyWornCycle | None:
     """Return what closed forms say of the only cycle that stands for others; None without one."""
     case = result.case
     if case is None or case.wear is None:
@@ -141,7 +141,7 @@ def wear_warnings(setup: ProblemSetup) -> Iterator[str]:
         )
 
 
-def _about_stick_cells(setup: ProblemSetup, cycles: Sequence[WornCycle]) -> str | None:
+def _about_stick_cells(setup: ProblemSetup, cycles: Sequence[AnyWornCycle]) -> str | None:
     """Warn if cells that stick or slip as a whole are likely to change the worn volume by more than the tolerance."""
     grid, case = setup.grid, setup.case
     for cycle in cycles:
@@ -192,9 +192,9 @@ def warning_of_slip(setup: ProblemSetup, history: Mapping[str, NDArray[Any]]) ->
     return _long_slip(float(slip[longest]), float(radius[cycles][longest]))
 
 
-def _slip_before_the_run(cycles: Sequence[WornCycle]) -> str | None:
+def _slip_before_the_run(cycles: Sequence[AnyWornCycle]) -> str | None:
     """Return the warning of the first of the cycles that slips far for its contact; None if none does."""
-    texts = (_long_slip(cycle.sliding_distance, cycle.hertz.contact_radius) for cycle in cycles)
+    texts = (_long_slip(cycle.sliding_distance, cycle.unworn_radius) for cycle in cycles)
     return next((text for text in texts if text is not None), None)
 
 

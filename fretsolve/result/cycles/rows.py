@@ -132,6 +132,7 @@ def _errors(
         return float(history[name + ERROR_SUFFIX][step]) if step >= 0 else 0.0
 
     def of_range(names: Sequence[str]) -> float:
+        names = [name for name in names if not math.isnan(history[name][cycle.last])] or names  # delta_y of a line is
         both = [math.hypot(*(bar(name, place) for name in names)) for place in places]
         return math.hypot(*both)
 
@@ -170,6 +171,9 @@ def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> 
         np.array([_rows(history, name, cycle) for name in names]) for names in (("Qx", "Qy"), ("delta_x", "delta_y"))
     )
     forces[np.abs(forces) <= round_off(history)] = 0.0
+    motions[np.isnan(motions).all(axis=1) & ~forces.any(axis=1)] = (
+        0.0  # along y in a line contact, as nothing acts there
+    )
     leading = motions if np.isfinite(motions).all() else forces
     spans = leading - leading[:, :1]
     farthest = int(np.hypot(*spans).argmax())

@@ -243,7 +243,8 @@ class ErrorBars:
         """Keep the largest change by the increments at an end of a stage, along x and y alike."""
         sizes = dict(zip(ESTIMATED, np.abs(change).tolist(), strict=True))
         for one, other in (("Qx", "Qy"), ("delta_x", "delta_y")):
-            sizes[one] = sizes[other] = math.hypot(sizes[one], sizes[other])
+            known = [size for size in (sizes[one], sizes[other]) if not math.isnan(size)]  # delta_y of a line is not
+            sizes[one] = sizes[other] = math.hypot(*known)
         found = np.where(REMEMBERED, list(sizes.values()), 0.0)
         self._remembered = np.maximum(self._remembered, found)
 

@@ -58,10 +58,11 @@ def test_imposed_values_are_found(states):
     assert (ends[3].Qy, ends[3].P) == pytest.approx((4.0, 60.0), rel=1e-5)
 
 
-def test_displacements_along_the_plane_are_unknown(states):
-    assert all(math.isnan(state.summary.delta_x) and math.isnan(state.summary.delta_y) for state in states)
+def test_displacements_are_known_by_a_reference_depth(states):
+    assert all(math.isfinite(state.summary.delta_x) and math.isnan(state.summary.delta_y) for state in states)
     assert all(state.summary.delta_z > 0.0 for state in states)
-    assert all(math.isnan(state.summary.delta_z) for state in solve_line())
+    without = [state.summary for state in solve_line()]
+    assert all(math.isnan(row.delta_x) and math.isnan(row.delta_z) for row in without)
 
 
 def test_sums_are_per_length():
@@ -136,9 +137,16 @@ class TestSize:
 
 
 class TestNoSolution:
-    def test_gross_slip(self):
-        with pytest.raises(SlidingError, match=r"under Qx = 30 N/mm: .* \(mu P = 30 N/mm\); lower the load, or raise"):
-            solve_line(load_path=[{"P": LOAD}, {"Qx": 30.0, "increments": 1}])
+    @pytest.mark.parametrize(
+        ("force", "rest"),
+        [
+            ("Qx", "lower the load, raise P or the friction, or impose delta_x instead, with a reference_depth"),
+            ("Qy", "lower the load, or raise P or the friction"),
+        ],
+    )
+    def test_gross_slip(self, force, rest):
+        with pytest.raises(SlidingError, match=rf"under {force} = 30 N/mm: .* \(mu P = 30 N/mm\); {rest} \(increment"):
+            solve_line(load_path=[{"P": LOAD}, {force: 30.0, "increments": 1}])
 
     def test_contact_at_the_edge(self):
         with pytest.raises(GridEdgeError, match=r"\(-x, \+x\) of the potential contact area of 0.2 mm, .*; size: "):

@@ -63,8 +63,8 @@ def loop(result: Result, ax: Target = None) -> Figure:
     moved = [pair for pair in moved if not np.isnan(result.history[pair.motion]).all()]
     if not moved:
         raise PictureError(
-            "displacements of a line contact have an unknown constant; profiles draws its slip, "
-            "stick-history its stick zone"
+            "displacements of a line contact have an unknown constant without reference_depth, and along y in any case;"
+            " profiles draws its slip, stick-history its stick zone"
         )
     levels = [[_levels(result.history[name]) for name in (pair.motion, pair.force)] for pair in moved]
     pairs = [pair for pair, (motions, forces) in zip(moved, levels, strict=True) if motions > 2 and forces > 1]

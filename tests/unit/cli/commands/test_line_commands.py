@@ -46,7 +46,8 @@ VALIDATED = {
         "(Ciavarella-Jaeger)",
     ),
     LINE.replace("18 N/mm", "31 N/mm"): (
-        "31 N/mm is not below the 30 N/mm (mu P) that friction carries: gross slip ends the run; lower it",
+        "31 N/mm is not below the 30 N/mm (mu P) that friction carries: gross slip ends the run; impose delta_x"
+        " to follow it, with a reference_depth",
     ),
 }
 
