@@ -118,7 +118,7 @@ def states_of(
         goes_on = predicts and path.growth(step + 1) is not None  # else nothing is to be kept or saved
         past = Before(last.pressure, last.shear, displacement) if goes_on else None
         fields, displacement, work = fields_of(solved, last, setup, team)
-        if setup.model.friction_evolves and increment.tangential.compliance is not None:
+        if setup.model.friction_evolves:
             _require_stable_on_rig(setup, increment, limit, last, fields, contact.solver)
         total = (summaries[-1].work_total if step else 0.0) + work
         summary = _summary(solved, increment, sizes, work, total, _working_seconds() - began)
@@ -201,8 +201,8 @@ def _require_stable_on_rig(
 
     limit: in the increment from `last` to `fields`.
     """
-    compliance, control = np.array(increment.tangential.compliance), increment.tangential
-    if (fields.zone == Zone.STICK).any() or not (fields.zone == Zone.SLIP).any():
+    compliance, zone = solver.in_series(increment), fields.zone
+    if not compliance.any() or (zone == Zone.STICK).any() or not (zone == Zone.SLIP).any():
         return
     modes, tangential = solver.level.tangential.modes, solver.level.operator.tangential
     given = np.empty(fields.shear.shape)
@@ -212,7 +212,7 @@ def _require_stable_on_rig(
         modes.displacement(compliance @ modes.resultants(shear), given)
         out += given
 
-    motions = [RIGID[3 + mode] for mode in control.sprung_index]
+    motions = [RIGID[3 + mode] for mode in increment.tangential.sprung_index]
     try:
         require_stable_on_rig(setup.case.friction, last.pressure, limit, on_rig, fields.shear, motions)
     except NoSolutionError as error:

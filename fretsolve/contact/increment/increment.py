@@ -128,6 +128,10 @@ class IncrementSolver:
                 target *= SOLVER_TOLERANCE_SHARE
         raise NotConvergedError(self._why_not_certified(verified.certificate, rounding))
 
+    def in_series(self, increment: Increment) -> DoubleArray:
+        """Return the compliance (3, 3) in series with the tangential motions that an increment imposes."""
+        return increment.tangential.matrix
+
     @property
     def applications(self) -> float:
         """Operator applications so far, in parts of one on the whole grid."""

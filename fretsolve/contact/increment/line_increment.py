@@ -23,7 +23,7 @@ from fretsolve.errors import NotConvergedError
 from fretsolve.problem.model.grid import LineGrid
 from fretsolve.problem.model.load_path import Increment
 from fretsolve.problem.model.materials import Compliances
-from fretsolve.system.arrays import FloatArray, Vector
+from fretsolve.system.arrays import DoubleArray, FloatArray, Vector
 
 
 @dataclass(frozen=True)
@@ -111,10 +111,7 @@ class LineIncrementSolver(IncrementSolver):
 
     def solve(self, increment: Increment, start: InitialState) -> Solved:
         """Solve an increment from `start` and certify it; imposed displacements hold at the points at depth."""
-        if self.points is not None and not increment.tangential.forced[0]:
-            matrix = increment.tangential.matrix
-            matrix[0, 0] += self.points.compliance
-            increment = replace(increment, tangential=increment.tangential.with_compliance(matrix))
+        increment = replace(increment, tangential=increment.tangential.with_compliance(self.in_series(increment)))
         if self.points is None or increment.normal.forced[0]:
             return super().solve(increment, start)
         wanted, *tilts = increment.normal.values
@@ -127,6 +124,13 @@ class LineIncrementSolver(IncrementSolver):
             if abs(sunk - before) <= 0.1 * self.tolerance * abs(wanted):
                 return solved
         raise NotConvergedError("no contact has the imposed delta_z: the reference depth is too near to the contact")
+
+    def in_series(self, increment: Increment) -> DoubleArray:
+        """Return the compliance (3, 3) of a rig, and of all between the surfaces and the points at depth."""
+        matrix = super().in_series(increment)
+        if self.points is not None and not increment.tangential.forced[0]:
+            matrix[0, 0] += self.points.compliance
+        return matrix
 
     def displacements(self, solved: Solved) -> tuple[float, float]:
         """Return delta_z and delta_x (mm) of the points at depth; NaN without any."""

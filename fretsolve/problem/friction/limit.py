@@ -238,7 +238,7 @@ def require_stable_on_rig(
     """Raise WeakeningError where the friction of a contact that slides as a whole falls faster than its rig unloads.
 
     The actuator moves contact and rig. pressure, friction: as for `fall_per_slip`; on_rig: applies A + C N N^T dA;
-    shear: (2, nx, ny), which opposes the slip; motions: of the contact, that the actuator moves.
+    shear: (2, nx, ny), which opposes the slip; motions: of the contact, that the actuator of a rig moves.
     """
     fall = None if spec.weakening == "allow" else fall_per_slip(spec, pressure, friction)
     if fall is None or not fall.any():
@@ -247,10 +247,11 @@ def require_stable_on_rig(
     growth = largest_growth(fall, on_rig, shear / np.maximum(np.hypot(*shear), TINY))
     if growth >= 1.0:
         over = "slip" if spec.slip else "energy"
+        unload = "contact and rig unload" if motions else "the contact unloads"
+        stiffer = f"a stiffer rig, {' and '.join(motions)} imposed on the contact itself, " if motions else ""
         raise WeakeningError(
-            f"friction falls {growth:.3g} times as fast with slip as contact and rig unload, so that the contact, which"
-            f" slides as a whole, jumps; a stiffer rig, {' and '.join(motions)} imposed on the contact itself, a larger"
-            f" friction.{over}, or weakening: allow is needed"
+            f"friction falls {growth:.3g} times as fast with slip as {unload}, so that the contact, which slides as a whole,"
+            f" jumps; {stiffer}a larger friction.{over}, or weakening: allow is needed"
         )
 
 

@@ -25,7 +25,7 @@ from fretsolve.problem.setup.driven_contact import DrivenContact, DrivenPath
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.reference.cyclic_loading import SAME, CyclicLoading
 from fretsolve.reference.hertz import HertzContact, boussinesq_punch, love_cone
-from fretsolve.reference.tangential import full_stick_compliance
+from fretsolve.reference.layered import layered_stick_compliance, onset_compliance
 from fretsolve.system.arrays import DoubleArray
 
 Approach = tuple[float, float]
@@ -115,9 +115,9 @@ class RigForms:
         if largest is None or not largest.is_circle:
             return None
         mode, a, material = moved[0], largest.contact_radius, self.model.compliances
-        if material.layer_shear or not self.model.has_shear:
+        if not self.model.has_shear or (mode == 5 and material.layer_shear):
             return None
-        sticking = full_stick_compliance(a, material.tangential)
+        sticking = layered_stick_compliance(a, material.tangential, material.layer_shear)
         if mode == 5:
             sticking = 3.0 * material.torsional / (16.0 * a**3)
         return COMPONENTS[mode], self._compliance(mode), sticking
@@ -125,10 +125,17 @@ class RigForms:
     @cached_property
     def gross_slip(self) -> tuple[float, float] | None:
         """The motions of contact and actuator (mm, rad) where gross slip begins on first loading; None if unknown."""
-        if (path := self._path) is None:
+        if (path := self._path) is not None:
+            motion = path.motion(path.shear.limit)
+            return motion, motion + path.compliance * path.shear.limit
+        model, hertz = self.model, self._forms.largest
+        known = self.reversal is not None and not (model.coupled or model.bulk or self.case.friction_varies)
+        if not known or hertz is None or not model.compliances.layer_shear:
             return None
-        motion = path.motion(path.shear.limit)
-        return motion, motion + path.compliance * path.shear.limit
+        material, limit = model.compliances, model.friction * hertz.load
+        onset = onset_compliance(hertz.contact_radius, material.tangential, material.layer_shear)
+        motion = 3.0 * limit * onset / (16.0 * hertz.contact_radius)
+        return motion, motion + self._compliance(self._moved_modes[0]) * limit
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield what the driven contact adds to `ClosedForms.values`: force, motion and actuator's motion, as exact."""

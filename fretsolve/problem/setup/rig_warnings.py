@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import percent
+from fretsolve.case.dimensions import LINE_STIFFNESS, STIFFNESS, TURNING_STIFFNESS, percent
+from fretsolve.case.history import COMPONENTS
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.reference.tangential import full_stick_compliance
 
 Names = tuple[str, str, str]
 """Force, motion and actuator of a mode."""
@@ -17,20 +21,38 @@ than 10 % in the contact's motion."""
 
 def about_rig(setup: ProblemSetup) -> Iterator[str]:
     """Warn of a rig that is too soft: for the contact to be seen, and for friction that falls with slip."""
-    if setup.on_rig is not None and (found := setup.on_rig.reversal) is not None:
-        yield from _about_softness(*found)
+    if (rig := setup.model.rig) is None:
+        return
+    found = None if setup.on_rig is None else setup.on_rig.reversal
+    if found is not None:
         yield from _about_jumps(setup, *found[:2])
+    known = {} if found is None else {found[0][2]: found[2]}
+    driven = {name for load in setup.load_path.imposed for name, value in load.items() if value}
+    for mode, (_, motion, actuator) in enumerate(COMPONENTS):
+        given, sticking = float(rig.compliance[mode, mode]), known.get(actuator) or _rough_compliance(setup, mode)
+        if actuator in driven and sticking and (share := given / (given + sticking)) > LARGEST_SHARE:
+            rough = "nearly all" if share > 0.99 else f"about {percent(share)}"
+            part = percent(share, 3) if actuator in known else rough
+            dimension = LINE_STIFFNESS if setup.model.line else STIFFNESS if mode in (0, 3, 4) else TURNING_STIFFNESS
+            yield (
+                f"{_key(setup, actuator)}: with {1.0 / given:g} {dimension.unit} the rig takes {part} of {actuator}"
+                " while the contact sticks, so that the loop at the actuator tells little about the contact; check the"
+                f" unit, look at the loop over {motion}, or take a stiffer rig"
+            )
 
 
-def _about_softness(names: Names, given: float, sticking: float) -> Iterator[str]:
-    """Warn of a rig so soft that it takes nearly all of the actuator's motion even while the contact sticks."""
-    _, motion, actuator = names
-    if (share := given / (given + sticking)) > LARGEST_SHARE:
-        yield (
-            f"{_stiffness(actuator)}: the rig takes {percent(share, 3)} of {actuator} while"
-            f" the contact sticks, so that the loop at the actuator tells little about the contact; look at the loop"
-            f" over {motion}, or take a stiffer rig"
-        )
+def _rough_compliance(setup: ProblemSetup, mode: int) -> float | None:
+    """Return about how far the surfaces move under a load (mm/N, mm^2/N), as a contact that fills the grid; None for
+    rotations, and for lines without a reference depth."""
+    material, a = setup.model.compliances, 0.5 * min(setup.grid.size[: len(setup.grid.axes)]) / AREA_MARGIN
+    if mode not in (0, 3, 4):
+        return None
+    layer = material.layer_shear if mode else material.layer_normal
+    if setup.model.line:
+        depth = setup.case.reference_depth
+        return None if depth is None else material.A / math.pi * math.log(2.0 * depth / a) + layer / (2.0 * a)
+    bodies = full_stick_compliance(a, material.tangential) if mode else 0.25 * material.A / a
+    return bodies + layer / (math.pi * a**2)
 
 
 def _about_jumps(setup: ProblemSetup, names: Names, given: float) -> Iterator[str]:
@@ -46,11 +68,13 @@ def _about_jumps(setup: ProblemSetup, names: Names, given: float) -> Iterator[st
     growth = given * (spec.initial - spec.final) * hertz.load * weight
     if growth >= 1.0 and farthest > given * spec.initial * hertz.load:
         yield (
-            f"{_stiffness(actuator)}: once the contact slides as a whole, friction falls {growth:.3g} times as fast"
+            f"{_key(setup, actuator)}: once the contact slides as a whole, friction falls {growth:.3g} times as fast"
             f" with slip as the rig unloads, which ends the run; a stiffer rig, or {motion} imposed on the contact"
             " itself, follows it"
         )
 
 
-def _stiffness(actuator: str) -> str:
-    return f"rig.stiffness_{actuator.removeprefix('actuator_')}"
+def _key(setup: ProblemSetup, actuator: str) -> str:
+    """Return the key by which the rig gives way along a motion of the actuator."""
+    of_file = setup.case.rig is not None and setup.case.rig.compliance is not None
+    return "rig.compliance" if of_file else f"rig.stiffness_{actuator.removeprefix('actuator_')}"

@@ -208,6 +208,9 @@ def _about_large_contacts(setup: ProblemSetup) -> Iterator[str]:
         pressure = f", p0/E* = {hertz.max_pressure / setup.model.compliances.contact_modulus:.2g}"
     elif isinstance(line, HertzLine):
         share = line.half_width / line.radius
+    elif setup.model.compliances.layer_normal and (surface := setup.case.surface[0]).kind == "sphere":
+        # no closed form of a layer that is compressed; the automatic size holds the contact
+        share = 0.5 * max(setup.automatic_size()) / AREA_MARGIN / abs(surface.radius)
     if share > LARGEST_SIZE:
         yield (
             f"load_path: the contact is large against the radius (a/R = {share:.2g}{pressure}):"

@@ -119,7 +119,9 @@ def test_warnings():
     (text,) = about("contact radii", {"delta_x": 0.02})
     assert text.startswith("load_path: delta_x moves the surfaces by 0.19 contact radii")
     (text,) = about("rig.stiffness_x", {"actuator_x": 0.02}, rig={"stiffness_x": 2e3})
-    assert text.startswith("rig.stiffness_x: the rig takes 93.8 % of actuator_x while the contact sticks")
+    assert text.startswith(
+        "rig.stiffness_x: with 2000 N/mm^2 the rig takes 93.8 % of actuator_x while the contact sticks"
+    )
 
 
 class TestWear:

@@ -191,12 +191,49 @@ def test_torsion_on_a_rig():
 
 
 class TestWarnings:
+    @pytest.mark.parametrize(
+        "keys",
+        [
+            {"surface": {"ellipsoid": {"radius_x": 10.0, "radius_y": 20.0}}},
+            {"surface": [{"sphere": {"radius": 10.0}}, {"sphere": {"radius": 30.0}}]},
+            {"interface": {"normal_compliance": 1e-6}},
+        ],
+        ids=["ellipse", "two surfaces", "layer"],
+    )
+    def test_a_soft_rig_without_a_closed_form(self, keys):
+        texts = [one for one in warned(P, {"actuator_x": 0.01}, rig={"stiffness_x": 1e3}, **keys) if "rig" in one]
+        assert [text.partition(" while")[0] for text in texts] == [
+            "rig.stiffness_x: with 1000 N/mm the rig takes about 98 % of actuator_x"
+        ]
+
+    def test_an_approach_through_a_soft_rig(self):
+        (text,) = (one for one in warned({"actuator_z": 1.0}, rig={"stiffness_z": 300.0}) if "rig" in one)
+        assert text.startswith("rig.stiffness_z: with 300 N/mm the rig takes nearly all of actuator_z")
+
+    def test_a_layer_and_a_rig_in_series(self):
+        """Full stick and onset of gross slip by the layered contact, to which 1/k adds."""
+        bodies = [{"young_modulus": 200e3, "poisson_ratio": 0.0}] * 2
+        a = (0.75 * 400.0 * 10.0 / 100e3) ** (1.0 / 3.0)
+        layer = {"shear_compliance": a / 100e3}  # L E'/a = 1
+        setup = setup_of(P, {"actuator_x": 1e-3}, bodies=bodies, interface=layer, rig={"stiffness_x": 5e4})
+        motion, actuator = setup.on_rig.gross_slip
+        unit = 0.1 * 600.0 / (np.pi * a**2) * a / 100e3
+        assert motion == pytest.approx((0.5 * np.pi + 1.0) * unit, rel=1e-9)
+        assert actuator == pytest.approx(motion + 40.0 / 5e4)
+        _, given, sticking = setup.on_rig.reversal
+        bare = setup_of(P, {"actuator_x": 1e-3}, bodies=bodies, rig={"stiffness_x": 5e4}).on_rig.reversal[2]
+        assert given == 2e-5
+        # no stiffer than bodies and a uniform layer in series, no softer than under a uniform traction
+        assert bare + layer["shear_compliance"] / (np.pi * a**2) < sticking
+        assert sticking < bare * 32.0 / (3.0 * np.pi**2) + layer["shear_compliance"] / (np.pi * a**2)
+
     def test_a_soft_rig(self):
         """k = 1 kN/mm: 1e-3/(1e-3 + 1.834896e-5)."""
         (text,) = (one for one in warned(P, {"actuator_x": 0.01}, rig={"stiffness_x": 1e3}) if "rig" in one)
         assert text == (
-            "rig.stiffness_x: the rig takes 98.2 % of actuator_x while the contact sticks, so that the loop at the"
-            " actuator tells little about the contact; look at the loop over delta_x, or take a stiffer rig"
+            "rig.stiffness_x: with 1000 N/mm the rig takes 98.2 % of actuator_x while the contact sticks, so that the"
+            " loop at the actuator tells little about the contact; check the unit, look at the loop over delta_x, or"
+            " take a stiffer rig"
         )
         for k, soft in ((6.1e3, False), (6.0e3, True)):  # at 54499/9 N/mm
             texts = warned(P, {"actuator_x": 0.01}, rig={"stiffness_x": k})
