@@ -250,8 +250,8 @@ def require_stable_on_rig(
         unload = "contact and rig unload" if motions else "the contact unloads"
         stiffer = f"a stiffer rig, {' and '.join(motions)} imposed on the contact itself, " if motions else ""
         raise WeakeningError(
-            f"friction falls {growth:.3g} times as fast with slip as {unload}, so that the contact, which slides as a whole,"
-            f" jumps; {stiffer}a larger friction.{over}, or weakening: allow is needed"
+            f"friction falls {growth:.3g} times as fast with slip as {unload}, so that the contact, which slides as a"
+            f" whole, jumps; {stiffer}a larger friction.{over}, or weakening: allow is needed"
         )
 
 
