@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import select
+import shlex
 import stat
 import time
 from collections.abc import Iterator
@@ -73,6 +74,12 @@ def require_other(file: Path, source: Path, what: str) -> None:
     """Raise CaseError if `file`, which is to be written, is `source`; what: that in words."""
     if file.resolve() == source.resolve() or (file.exists() and source.exists() and file.samefile(source)):
         raise CaseError(f"would replace {what}; give another name with -o", (), file)
+
+
+def require_folder(file: Path) -> None:
+    """Raise FileError if the folder of `file`, which is to be written, is not there."""
+    if not file.parent.is_dir():
+        raise FileError(f"there is no folder {file.parent}; mkdir -p {shlex.quote(str(file.parent))} makes it", file)
 
 
 def require_utf8(text: str, file: Path) -> None:

@@ -16,7 +16,7 @@ from fretsolve.sweep.fit.model_loop import LoopModel
 from fretsolve.sweep.fit.plan import FitPlan, FitRequest, make_fit_plan
 from fretsolve.sweep.fit.report import FIRST_COLUMNS, doubts, exceeded, notes, tables, words, write_fit_csv
 from fretsolve.system import atomic_files
-from fretsolve.system.files import PICTURE_MARK, require_other, require_own, writing
+from fretsolve.system.files import PICTURE_MARK, require_folder, require_other, require_own, writing
 from fretsolve.system.progress import key_value_line, print_error_line, print_warnings
 
 EXIT_UNDETERMINED = 1
@@ -28,7 +28,10 @@ def fit_case(out: Path | None, jobs: int, *, quiet: bool, **asked: Any) -> int:
     out: name of the files without an ending, None for the loop's name with .fit; asked: the fields of a `FitRequest`.
     """
     request = FitRequest(**asked)
+    if request.loop.is_dir():
+        raise CaseError("is a folder; the measured loop is a CSV file", (), request.loop)
     base = out or request.loop.with_suffix(".fit")
+    require_folder(base)
     table, picture, case = (base.with_name(base.name + ending) for ending in (".csv", ".png", ".yaml"))
     for path, mark, what in (
         (table, FIRST_COLUMNS, "the table of a fit"),

@@ -5,7 +5,6 @@ Functions here raise CaseError and FileError.
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,13 +14,13 @@ from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
 from fretsolve.cli.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.elastic.kernels import load, when_compiling
-from fretsolve.errors import FileError, NoSolutionError
+from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
-from fretsolve.system.files import require_ending, require_other
+from fretsolve.system.files import require_ending, require_folder, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
 RESULT_ENDINGS = (".h5", ".hdf5")
@@ -92,8 +91,7 @@ def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> Prob
     for height_map in height_maps(loaded):
         require_other(out, height_map, "a height map of the case")
     require_ending(out, "a result", *RESULT_ENDINGS)
-    if not out.parent.is_dir():
-        raise FileError(f"there is no folder {out.parent}; mkdir -p {shlex.quote(str(out.parent))} makes it", out)
+    require_folder(out)
     setup = set_up(loaded)
     require_memory(setup)
     if height_maps(loaded):

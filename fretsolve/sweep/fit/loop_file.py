@@ -20,6 +20,9 @@ from fretsolve.system.files import read_bytes, reported
 FEWEST_POINTS = 10
 """Points of a loop below which nothing can be said of its shape and of its noise."""
 
+MOST_LINES_ABOVE = 50
+"""Lines among which headings are looked for that do not stand in the first one."""
+
 _LARGEST_FILE = 2**26
 _HEADING = re.compile(r"(.+?)\s*[(\[](.+)[)\]]\s*$")
 _COMMA_NUMBER = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
@@ -41,6 +44,11 @@ def read_loop_file(
         raise CaseError(f"has one column; two, such as {example}, are needed", (), path, first)
     if all(_number(cell) is not None for cell in headings):
         raise CaseError(f"the first line holds numbers; headings such as {example} are needed", (), path, first)
+    for number, cells in rows[:MOST_LINES_ABOVE]:
+        if set(names) <= {bare_name(cell) for cell in cells}:
+            raise CaseError(
+                f"line {number} has the headings; remove the lines above it, or begin them with #", (), path
+            )
     columns = [_column(headings, name, path, first) for name in names]
     if columns[0] == columns[1]:
         raise CaseError(f"{names[0]} and {names[1]} are one column; two are needed", (), path, first)
@@ -60,12 +68,13 @@ def _lines(path: Path) -> list[tuple[int, str]]:
     """Return the lines that hold something, with their numbers from 1. Raises CaseError, FileError."""
     with reported("cannot be read", path):
         content = read_bytes(path, _LARGEST_FILE)
+    of_windows = content.startswith((b"\xff\xfe", b"\xfe\xff"))  # marks of UTF-16
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if of_windows else "utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise CaseError(
-            f"byte 0x{content[error.start]:02x} is not UTF-8 text; a CSV is needed", (), path, line
+            f"byte 0x{content[error.start]:02x} is not UTF-8 text; save the file as UTF-8", (), path, line
         ) from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     if not lines:
@@ -92,7 +101,7 @@ def _column(headings: Sequence[str], name: str, path: Path, line: int) -> int:
             raise CaseError(f"the column {name!r} is there {len(found)} times; one is needed", (), path, line)
         if found:
             return found[0]
-    message = f"no column {name!r}; {nearest(name, bare)} --columns FORCE,MOTION names the two"
+    message = f"no column {name!r}; {nearest(name, bare)} (--columns FORCE,MOTION takes other names)"
     raise CaseError(message, (), path, line)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fretsolve.case.history import COMPONENTS
 from fretsolve.case.loading import CaseText, case_model
 from fretsolve.case.models import Case
 from fretsolve.case.other_names import nearest
@@ -61,13 +62,16 @@ def _read(name: str, text: CaseText, case: Case) -> Parameter:
     value = _at(text.data, key)
     if value is None:
         value = _at(effective, key)  # a default, or the constant of a material
-    if key and value is not None and key[0] not in OF_THE_CONTACT:
+    if key and (value is not None or key[0] in Case.model_fields) and key[0] not in OF_THE_CONTACT:
         raise CaseError(f"is no property of the contact; a number in {', '.join(OF_THE_CONTACT)} is needed", (), origin)
+    if key and key[0] == "load_path" and key[-1] in COMPONENTS[3]:
+        raise CaseError("is what the record gives; a property of the contact or of the rig is needed", (), origin)
     if value is None or not key:
         if key and is_key(key, model_schema(case_model(text.data))):
             example = f"--set {name}=VALUE with a unit"
             raise CaseError(f"has no value in the case; a value to start from is needed, as {example}", (), origin)
-        known = dict.fromkeys([*_names(text.data), *_names(effective)])
+        of_materials = (one for one in _names(effective) if one.startswith("bodies."))
+        known = dict.fromkeys([*_names(text.data), *of_materials])
         raise CaseError(f"is no key of the case; {nearest(name, known)}", (), origin)
     if isinstance(value, dict | list):
         inside = ", ".join(dict.fromkeys(f"{name}.{one}" for one in _leaves(value))) or "another key"

@@ -68,7 +68,7 @@ def test_other_columns_and_units(tmp_path: Path) -> None:
         ("Qx (N),actuator_x (um)\n" + 12 * "3,4\n", ": the column 'Qx (N)' is constant; a loop moves force and motion"),
         (
             TABLE.replace("actuator_x", "actuator"),
-            ":1: no column 'actuator_x'; did you mean 'actuator'? --columns FORCE,MOTION names the two",
+            ":1: no column 'actuator_x'; did you mean 'actuator'? (--columns FORCE,MOTION takes other names)",
         ),
         (
             TABLE.replace(" (um)", ""),
@@ -99,3 +99,20 @@ def test_one_column_twice(tmp_path: Path) -> None:
 def test_missing_file(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be read: No such file"):
         read_loop_file(tmp_path / "none.csv", ("Qx", "delta_x"), (FORCE, LENGTH))
+
+
+def test_headings_below_other_lines_are_told(tmp_path: Path) -> None:
+    file = tmp_path / "loop.csv"
+    rows = "\n".join(f"{0.1 * k};{k % 7}" for k in range(20))
+    file.write_text(f"Operator;Me\nrig;3\nQx (N);actuator_x (um)\n{rows}\n")
+    with pytest.raises(CaseError, match="line 3 has the headings; remove the lines above it, or begin them with #"):
+        read_loop_file(file, ("Qx", "actuator_x"), (FORCE, LENGTH))
+
+
+def test_utf_16_with_its_mark_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "loop.csv"
+    rows = "\n".join(f"{k % 7};{0.1 * k}" for k in range(20))
+    file.write_text(f"Qx (N);actuator_x (µm)\n{rows}\n", encoding="utf-16")
+    force, motion = read_loop_file(file, ("Qx", "actuator_x"), (FORCE, LENGTH))
+    assert force[3] == 3.0
+    assert motion[3] == pytest.approx(0.3e-3)
