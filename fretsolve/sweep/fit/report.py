@@ -129,7 +129,7 @@ def undetermined_words(names: list[str], direction: DoubleArray, slides: bool) -
     if len(taking) == 1:
         return f"{names[taking[0]]} is not determined{reason}"
     pair = " and ".join(names[place] for place in sorted(taking))
-    return f"{pair} are not determined apart{reason}; {' with '.join(factors)} gives the same loop within its noise"
+    return f"{pair} are not determined apart{reason}; {' with '.join(factors)} gives the same loop within the residual"
 
 
 def exceeded(fit: Fit) -> bool:
