@@ -208,8 +208,8 @@ def covariance(
 def _correlation(noise: DoubleArray, taken: int) -> float:
     """Return the correlation of neighbouring points. taken: how many numbers were found from the same points.
 
-    Each of those takes slow noise out (Kendall, Biometrika 41, 1954, 403, for a mean value). Noise that outlasts the
-    record is no noise but an offset, and points take turns in no noise.
+    Each of those takes slow noise out (Kendall, Biometrika 41, 1954, 403, for a mean value). Noise does not alternate
+    from point to point, and noise that outlasts the record is an offset.
     """
     points, found = len(noise), float(noise[1:] @ noise[:-1] / (noise @ noise))
     return float(np.clip((points * found + taken) / (points - taken - 2), 0.0, 1.0 - 1.0 / points))

@@ -21,6 +21,9 @@ TURN = 0.25
 GAP = 0.05
 """Part of the motion's range that may be missing where a record of one cycle is closed, or that it may drift by."""
 
+BEGUN = 0.02
+"""Part of the motion's range before a first turn, up to which noise may have made that turn at the record's start."""
+
 NEAR = 0.12
 """Part of a half cycle on each side of a turn that tells where the motion turned: a sine is a parabola there to within
 0.1 % of its amplitude.
@@ -215,7 +218,7 @@ def _turns(motion: DoubleArray) -> list[int]:
         elif way <= 0 and value - motion[low] > least:
             found, way, high = [*found, low], 1, index
     # the first one may be where the record starts
-    return [turn for turn in found if np.ptp(motion[: turn + 1]) > GAP * np.ptp(motion)]
+    return [turn for turn in found if np.ptp(motion[: turn + 1]) > BEGUN * np.ptp(motion)]
 
 
 def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
