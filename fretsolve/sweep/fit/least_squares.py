@@ -38,7 +38,6 @@ DOUBLED = math.log(2.0)
 class Fit:
     """The outcome. values ``(p,)`` in the units of the parameters; covariance ``(p, p)`` of their logarithms.
 
-    sensitivity: derivatives of the force by those logarithms ``(n, p)`` (N), without what offset and drift take up;
     fitted: force of the case at the measured points ``(n,)`` (N), with the offset and the drift that were found, whose
     sum is `drift`; freedom: points less what was found from them; neighbours: correlation of the noise of neighbouring
     points; branches: the loop of the case; solved: how many loops it took, in `seconds`; ended: whether the search came
@@ -48,7 +47,6 @@ class Fit:
     plan: FitPlan
     values: DoubleArray
     covariance: DoubleArray
-    sensitivity: DoubleArray
     fitted: DoubleArray
     drift: DoubleArray
     freedom: int
@@ -152,17 +150,16 @@ def fit_loop(plan: FitPlan, jobs: int = 1, show: Show = lambda *_: None) -> Fit:
                 sigma = float(np.linalg.norm(search.fun)) / math.sqrt(freedom)
                 inverse = _inverse(search.jac, turns, sigma)[len(found) :, : len(search.fun)]
                 loop = loop.corrected(-inverse @ search.fun)
-        branches, sensitivity = evaluator.branches(found), loop.range * search.jac
+        branches = evaluator.branches(found)
     computed, slope = branches.at(loop)
     drift = basis @ (basis.T @ (loop.force - computed))
     residual = loop.force - computed - drift
     # smoothing of the motion hides noise that its mean values still have
-    spread, neighbours = covariance(sensitivity, loop.range * turns, residual - slope * loop.hidden, basis)
+    spread, neighbours = covariance(loop.range * search.jac, loop.range * turns, residual - slope * loop.hidden, basis)
     return Fit(
         replace(plan, loop=loop),
         np.array(evaluator.values(found)),
         spread,
-        sensitivity,
         computed + drift,
         drift,
         freedom,
