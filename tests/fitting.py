@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+from scipy.signal import lfilter
 
 from fretsolve.errors import SlidingError
 from fretsolve.sweep.fit.model_loop import Branches, LoopModel
@@ -83,10 +84,12 @@ def record(
     start: float = 0.2,
     points: int = 200,
     drifts: bool = True,
+    slow: float = 0.0,
 ) -> tuple[Array, Array, Array]:
     """Time (cycles), force (N) and motion (mm) of a sine along a loop, whose way down is `branch`.
 
-    noise, shake: of force and motion, over their amplitudes; drifts: linear drifts and offsets of both.
+    noise, shake: of force and motion, over their amplitudes; drifts: linear drifts and offsets of both; slow:
+    correlation of the noise of neighbouring points.
     """
     motion, force = branch
     reach, random = motion[0], np.random.default_rng(seed)
@@ -94,8 +97,14 @@ def record(
     moved = reach * np.sin(2.0 * np.pi * time)
     down = ((time - 0.25) % 1.0) < 0.5
     found = np.where(down, np.interp(moved, motion[::-1], force[::-1]), np.interp(moved, -motion, -force))
-    found = found + force[0] * (noise * random.standard_normal(len(time)) + drifts * (0.05 * time + 0.1))
-    moved = moved + reach * (shake * random.standard_normal(len(time)) + drifts * (0.02 * time + 0.3))
+
+    def noises() -> Array:
+        white = random.standard_normal((300 if slow else 0) + len(time))
+        found: Array = np.sqrt(1.0 - slow**2) * lfilter([1.0], [1.0, -slow], white)[-len(time) :]
+        return found
+
+    found = found + force[0] * (noise * noises() + drifts * (0.05 * time + 0.1))
+    moved = moved + reach * (shake * noises() + drifts * (0.02 * time + 0.3))
     return time, found, moved
 
 

@@ -215,7 +215,7 @@ def study(out: Path | None, quiet: bool, **options: Any) -> int:
     callback=pair_of_list,
     metavar="FORCE,MOTION",
     help="The columns with the force and the motion along x, by default Qx and actuator_x, or delta_x without a rig. A"
-    " column of another name is the motion of the default; delta_x is that of the contact with a rig as well.",
+    " column of another name is the motion of the default; delta_x is the motion of the contact, with a rig as well.",
 )
 @click.option(
     "--offset/--no-offset", default=True, help="Find offset and drift of force and motion, too, or take none."
@@ -230,8 +230,8 @@ def fit(jobs: int | None, **options: Any) -> int:
     """Find friction, stiffness of the rig and the like, with which CASE follows a measured loop of force over motion.
 
     The record is a CSV with the units in its headings, as `fretsolve export --to csv` writes them. It may start
-    anywhere and drift; its last whole cycle is fitted by least squares. The stages of CASE that press stay, and its
-    motion along x is that of the record.
+    anywhere and drift; its last whole cycle is fitted by least squares. The stages of CASE that press stay, and the
+    record gives the motion along x.
 
     Written are OUT.csv (parameters with 95 % bounds and correlations), OUT.png (both loops) and OUT.yaml (CASE with the
     values found). The exit code is 1 if a bound exceeds its parameter, which the loop then does not determine.

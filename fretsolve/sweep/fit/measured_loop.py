@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,23 +19,35 @@ TURN = 0.25
 """Part of the motion's range by which it has to go back to have turned: more than noise and drift do."""
 
 GAP = 0.05
-"""Part of the motion's range that may be missing where a record of one cycle is closed."""
+"""Part of the motion's range that may be missing where a record of one cycle is closed, or that it may drift by."""
+
+BEGUN = 0.02
+"""Part of the motion's range before a first turn, up to which noise may have made that turn at the record's start."""
 
 NEAR = 0.12
-"""Part of a half cycle on each side of a turn that tells where the motion turned."""
-
+"""Part of a half cycle on each side of a turn that tells where the motion turned: a sine is a parabola there to within
+0.1 % of its amplitude.
+"""
 
 FAR_BETTER = 6.0
-"""Ratio of variances (F) from which a turn has an edge."""
+"""Ratio of variances (F) from which a turn has an edge: of 200 smooth turns, noise gives one such a ratio."""
+
+EDGE_NUMBERS = 3
+"""What an edge has beside a parabola: another slope, another curvature, and its place."""
 
 SMOOTHING = 0.1
-"""Part of a half cycle whose parabola smooths the motion in its middle."""
+"""Part of a half cycle whose parabola smooths the motion in its middle: noise of 3 % of the motion makes a loop 1 % too
+soft then, 3 % without.
+"""
+
+NO_MORE_THAN_NOISE = 1.5
+"""Ratio to the noise up to which smoothing took out noise alone: noise of a short record is known this well."""
 
 SMOOTHED = 25
-"""Points of a smoothed half cycle, of which the others are means."""
+"""Points of a smoothed half cycle, of which the others are means: as many as a solved half cycle has."""
 
 EVEN = 0.2
-"""Part of an increment that is equally long for all, so that none vanishes."""
+"""Part of an increment that is equally long for all, so that none vanishes where the motion rests."""
 
 
 class Turn(NamedTuple):
@@ -54,8 +66,8 @@ class MeasuredLoop:
 
     ends: the motion at the three turns; branch: 0 or 1, the half cycle of each point; time: its place in the record,
     in cycles. force_noise, motion_noise: standard deviations of noise (N, mm); hidden: what smoothing has taken out of
-    the motion, whose noise would make a loop less steep. errors: by how much the motion ``(n,)`` and half the way
-    between the turns (mm) are off where one of the turns is off by its error.
+    the motion ``(n,)``, whose noise would make a loop less steep. errors: by how much the motion ``(n,)`` and half the
+    way between the turns (mm) are off where one of the turns, or the drift of a closed record, is off by its error.
     """
 
     force: DoubleArray
@@ -65,7 +77,7 @@ class MeasuredLoop:
     ends: tuple[float, float, float]
     force_noise: float
     motion_noise: float
-    hidden: float
+    hidden: DoubleArray
     errors: list[tuple[DoubleArray, float]]
 
     def way(self, branch: int, count: int) -> tuple[float, ...]:
@@ -81,6 +93,20 @@ class MeasuredLoop:
         places = EVEN * equal + (1.0 - EVEN) * graded
         return (*(start + (end - start) * places[:-1]).tolist(), end)
 
+    def corrected(self, parts: DoubleArray) -> MeasuredLoop:
+        """Return the loop with a part ``(k,)`` of each of its errors added."""
+        pairs = list(zip(parts, self.errors, strict=True))
+        longer = 1.0 + sum(part * reach for part, (_, reach) in pairs) / self.reach
+        middle = 0.5 * (self.ends[0] + self.ends[1])
+        first, turn, last = (middle + longer * (end - middle) for end in self.ends)
+        moved = self.motion + sum(part * motion for part, (motion, _) in pairs)
+        return replace(self, motion=moved, ends=(first, turn, last))
+
+    @property
+    def reach(self) -> float:
+        """Half the way between the turns."""
+        return _reach(self.ends)
+
     @property
     def range(self) -> float:
         """The range of the force."""
@@ -93,33 +119,37 @@ def cut(force: DoubleArray, motion: DoubleArray, path: Path, *, offset: bool) ->
     offset: whether zero and drift of the motion mean nothing. The motion is then about the middle of the cycle, and
     what it drifts over the cycle is taken out, so that it ends where it began. Raises CaseError without a whole cycle.
     """
-    parts, turns = _last_cycle(motion, path)
+    parts, turns, closed = _last_cycle(motion, path)
     order, branch = np.concatenate(parts), np.repeat((0, 1), [len(part) for part in parts])
     force_noise, motion_noise = _noise(force), _noise(motion)
     smooth = _smoothed(motion, parts, motion_noise)[order]
-    hidden = float(np.std(motion[order] - smooth))
     moved, ends = _placed(smooth, order, turns, offset)
     errors = []
     for place, turn in enumerate(turns):
         off = turn._replace(motion=turn.motion + motion_noise * math.sqrt(turn.variance))
         others = _placed(smooth, order, [*turns[:place], off, *turns[place + 1 :]], offset)
         errors.append((others[0] - moved, _reach(others[1]) - _reach(ends)))
+    if closed and offset:
+        # a drift and what is missing where the record is closed look the same
+        others = _placed(smooth, order, turns, offset, GAP * float(np.ptp(smooth)))
+        errors.append((others[0] - moved, _reach(others[1]) - _reach(ends)))
     return MeasuredLoop(
-        force[order], moved, branch, order / len(order), ends, force_noise, motion_noise, hidden, errors
+        force[order], moved, branch, order / len(order), ends, force_noise, motion_noise, motion[order] - smooth, errors
     )
 
 
 def _placed(
-    motion: DoubleArray, order: IndexArray, turns: Sequence[Turn], offset: bool
+    motion: DoubleArray, order: IndexArray, turns: Sequence[Turn], offset: bool, drift: float = 0.0
 ) -> tuple[DoubleArray, tuple[float, float, float]]:
     """Return the motion of a cycle about its middle and without drift, and so its turns; as they are without `offset`.
 
-    The drift is what a turn and its return one cycle later differ by.
+    The drift is what a turn and its return one cycle later differ by, and `drift` (mm per cycle) beside it.
     """
     first, middle, last = turns
     if not offset:
         return motion, (first.motion, middle.motion, last.motion)
     trend = (last.motion - first.motion) / (last.place - first.place) if last.place != first.place else 0.0
+    trend += drift / len(order)
     turned = middle.motion - trend * (middle.place - first.place)
     zero = 0.5 * (first.motion + turned)
     return motion - trend * (order - first.place) - zero, (first.motion - zero, turned - zero, first.motion - zero)
@@ -129,12 +159,13 @@ def _reach(ends: tuple[float, float, float]) -> float:
     return 0.5 * abs(ends[0] - ends[1])
 
 
-def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list[Turn]]:
-    """Return the points of the two half cycles in order, and the three turns of the motion.
+def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list[Turn], bool]:
+    """Return the points of the two half cycles in order, the three turns, and whether the record had to be closed.
 
     A record of one cycle may start anywhere: its end then goes on at its start.
     """
     turns = _turns(motion)
+    closed = len(turns) < 3
     whole = (1.0 - GAP) * float(np.ptp(motion)) - float(np.abs(np.diff(motion)).max())
     times = ("never", "once", "twice", "often")[min(len(turns), 3)]
     first = _farthest(motion, np.arange(turns[0]), turns[0]) if turns else 0
@@ -160,7 +191,7 @@ def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list
         message = f"the last whole cycle has {fewest} points; at least {FEWEST_POINTS} are needed"
         raise CaseError(message, (), path)
     width = max(3, round(NEAR * min(abs(middle - start), abs(middle - end))))
-    return parts, [_turn(motion, turn, width) for turn in (start, middle, end)]
+    return parts, [_turn(motion, turn, width) for turn in (start, middle, end)], closed
 
 
 def _farthest(motion: DoubleArray, points: IndexArray, turn: int) -> int:
@@ -187,7 +218,7 @@ def _turns(motion: DoubleArray) -> list[int]:
         elif way <= 0 and value - motion[low] > least:
             found, way, high = [*found, low], 1, index
     # the first one may be where the record starts
-    return [turn for turn in found if turn > 0]
+    return [turn for turn in found if np.ptp(motion[: turn + 1]) > BEGUN * np.ptp(motion)]
 
 
 def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
@@ -204,9 +235,9 @@ def _turn(motion: DoubleArray, turn: int, width: int) -> Turn:
         least, edge = _extreme(_edge, (near - place) / width, motion[near], way)
         edges.append((least, edge._replace(place=place + edge.place * width)))
     least, edge = min(edges, key=lambda one: one[0])
-    freedom = max(len(near) - 6, 1)  # two more parabolas' numbers, and the place
+    freedom = max(len(near) - 3 - EDGE_NUMBERS, 1)
     found = found._replace(place=turn + found.place * width)
-    found = edge if (error - least) * freedom > 3.0 * FAR_BETTER * least else found
+    found = edge if (error - least) * freedom > EDGE_NUMBERS * FAR_BETTER * least else found
     return found._replace(place=int(np.clip(round(found.place), near[0], near[-1])))
 
 
@@ -240,13 +271,13 @@ def _smoothed(motion: DoubleArray, parts: Sequence[IndexArray], noise: float) ->
         for piece in np.split(part, np.flatnonzero(np.diff(part) != 1) + 1):
             if 5 <= window <= len(piece):
                 smooth = savgol_filter(motion[piece], window, 2)
-                found[piece] = smooth if np.std(smooth - motion[piece]) <= 1.5 * noise else motion[piece]
+                found[piece] = smooth if np.std(smooth - motion[piece]) <= NO_MORE_THAN_NOISE * noise else motion[piece]
     return found
 
 
 def _noise(record: DoubleArray) -> float:
     """Return the standard deviation of noise on a smooth record, by the median of third differences.
 
-    The variance of those is 20 times that of noise; the median leaves out the few at turns.
+    Third differences have 20 times the variance of noise; the median leaves out the few at turns.
     """
     return float(np.median(np.abs(np.diff(record, 3)))) / (0.6745 * math.sqrt(20.0))

@@ -22,7 +22,7 @@ COARSE_POINTS, COARSE_INCREMENTS = 32, 16
 """Cells per side, and increments of a half cycle, on the way to the solution."""
 
 FINE_INCREMENTS = 24
-"""Increments of a half cycle at the solution. Between them the force is that of a cubic without overshoot (Akima)."""
+"""Increments of a half cycle at the solution. A cubic without overshoot (Akima) gives the force between them."""
 
 LEAD_INCREMENTS = 3
 """Increments of a half cycle before the measured one, whose slip settles the contact."""

@@ -73,7 +73,7 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
         )
     force, moved = read_loop_file(request.loop, columns, (case.dimensions[FORCE], case.dimensions[motion]))
     loop = cut(force, moved, request.loop, offset=request.offset)
-    if len(loop.force) <= len(parameters) + 2:
+    if len(loop.force) <= len(parameters) + 4:  # offset and drift, and two to tell their noise
         raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
     ways, coarse_ways = ((loop.way(0, n), loop.way(1, n)) for n in (FINE_INCREMENTS, COARSE_INCREMENTS))
     fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, None)

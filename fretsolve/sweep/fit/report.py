@@ -14,7 +14,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from fretsolve.case.dimensions import percent
-from fretsolve.sweep.fit.least_squares import Fit
+from fretsolve.sweep.fit.least_squares import DOUBLED, STEPS, Fit
 from fretsolve.sweep.fit.model_loop import FORCE
 from fretsolve.system import atomic_files
 from fretsolve.system.arrays import DoubleArray
@@ -28,6 +28,9 @@ MISFIT = 0.005
 
 HARDLY_APART = 0.95
 """Correlation of two parameters from which their bounds are three times as wide as with one of them known."""
+
+CORRELATED = 0.6
+"""Correlation of neighbouring points from which bounds are twice as wide as with white noise."""
 
 IN_SERIES = ("rig.", "interface.")
 """Beginnings of the names of what gives in series with the contact."""
@@ -45,7 +48,7 @@ def tables(fit: Fit) -> Iterator[Table]:
     table = Table("parameter", "found", "95 % bounds", "either way", "start", box=SIMPLE_HEAD)
     for place, (one, width) in enumerate(zip(fit.plan.parameters, fit.widths, strict=True)):
         low, high = (bound[place] for bound in fit.bounds)
-        wide = percent(math.expm1(width)) if width < 1.0 else "more than itself"
+        wide = percent(math.expm1(width)) if width < DOUBLED else "more than itself"
         found = one.written(fit.values[place], 5)
         table.add_row(one.name, found, f"{low:.5g} to {high:.5g}", wide, one.written(one.start, 5))
     yield table
@@ -87,35 +90,51 @@ def doubts(fit: Fit) -> Iterator[str]:
     if fit.rms > 2.0 * fit.noise + MISFIT * loop.range:
         residual, noise = percent(fit.rms / loop.range), percent(fit.noise / loop.range)
         yield (
-            f"the model does not explain the loop: residual {residual} of the range, noise is {noise}; the bounds leave"
-            " that out"
+            f"the model does not explain the loop: residual {residual} of the range, noise is {noise}; the bounds allow"
+            " for noise, not for a wrong model"
         )
-    reason = ""
-    if not fit.branches.slides:
-        free = [one.name for one in fit.plan.parameters if one.name.startswith(IN_SERIES)]
-        reason = ": the loop stays below gross slip" + (f" while {' and '.join(free)} is free" if free else "")
+    elif fit.neighbours > CORRELATED:
+        yield (
+            f"the residual is correlated along the loop, {fit.neighbours:.2f} from point to point: the noise is slow,"
+            " or the model misses something; the bounds are wider for it"
+        )
+    if not fit.ended:
+        yield f"the search stopped after {STEPS} steps before its end: start it from the values found"
+    names = [one.name for one in fit.plan.parameters]
+    for name, value, one in zip(names, fit.at_limit, fit.plan.parameters, strict=True):
+        if value:
+            yield f"{name} went as far from its start, {one.written(one.start, 5)}, as the search does"
     for direction in fit.undetermined:
-        yield undetermined_words([one.name for one in fit.plan.parameters], direction, reason)
-    for one, width in zip(fit.plan.parameters, fit.widths, strict=True):
-        if width > 1.0:
-            yield f"the 95 % bound of {one.name} exceeds {one.name} itself"
+        yield undetermined_words(names, direction, fit.branches.slides)
+    for name, exceeds in zip(names, fit.exceeded, strict=True):
+        if exceeds:
+            yield f"the 95 % bound of {name} exceeds {name} itself"
 
 
-def undetermined_words(names: list[str], direction: DoubleArray, reason: str) -> str:
-    """Return a sentence on a change of the parameters that the loop does not show. direction: of their logarithms."""
+def undetermined_words(names: list[str], direction: DoubleArray, slides: bool) -> str:
+    """Return a sentence on a change of the parameters that the loop does not show.
+
+    direction: of their logarithms; slides: whether the loop shows gross slip, without which friction hides behind what
+    gives in series.
+    """
     taking = [
         place for place in np.argsort(-np.abs(direction)) if abs(direction[place]) > 0.1 * np.abs(direction).max()
     ]
+    reason = ""
+    if not slides and any(names[place].startswith("friction") for place in taking):
+        free = [name for name in names if name.startswith(IN_SERIES)]
+        while_free = f" while {' and '.join(free)} {'is' if len(free) == 1 else 'are'} free" if free else ""
+        reason = f": the loop stays below gross slip{while_free}"
     factors = [f"{math.exp(direction[place]):.3g} times {names[place]}" for place in taking]
     if len(taking) == 1:
         return f"{names[taking[0]]} is not determined{reason}"
     pair = " and ".join(names[place] for place in sorted(taking))
-    return f"{pair} are not determined apart{reason}; {' with '.join(factors)} gives the same loop within its noise"
+    return f"{pair} are not determined apart{reason}; {' with '.join(factors)} gives the same loop within the residual"
 
 
 def exceeded(fit: Fit) -> bool:
     """Return whether a bound exceeds its parameter."""
-    return bool(np.any(fit.widths > 1.0))
+    return bool(np.any(fit.exceeded))
 
 
 def write_fit_csv(path: Path, fit: Fit) -> None:

@@ -18,7 +18,7 @@ from fretsolve import load_case, run
 from fretsolve.sweep.fit.evaluation import Evaluator, LoopSolver
 from fretsolve.sweep.fit.least_squares import fit_loop
 from fretsolve.sweep.fit.plan import FitRequest, make_fit_plan
-from fretsolve.sweep.fit.report import doubts
+from fretsolve.sweep.fit.report import doubts, exceeded, notes
 
 SEEDS = 20
 PARTIAL = ("rig.stiffness_x",), 1.5, ("friction=0.1",)
@@ -72,6 +72,22 @@ def test_friction_is_invisible_below_gross_slip(tmp_path: Path) -> None:
     assert fit.widths[1] < 0.01
     reason = "is not determined: the loop stays below gross slip while rig.stiffness_x is free"
     assert list(doubts(fit)) == [f"friction {reason}", "the 95 % bound of friction exceeds friction itself"]
+
+
+@pytest.mark.slow
+def test_rig_and_layer_are_hardly_told_apart(tmp_path: Path) -> None:
+    """One loop in gross slip tells friction, but not which of both in series gives how much."""
+    case = tmp_path / "case.yaml"
+    case.write_text(FIT_CASE + "interface: {shear_compliance: 4e-6 mm/MPa}\n")
+    loop = write_record(tmp_path / "loop.csv", record(mindlin_branch(0.1, 50e3, 4e-3), noise=0.01, shake=0.01))
+    names = (*GROSS[0], "interface.shear_compliance")
+    fit = fit_loop(make_fit_plan(FitRequest(case, (), loop, names)))
+    low, high = fit.bounds
+    assert low[0] < 0.1 < high[0]
+    assert fit.widths[0] < 0.05
+    assert abs(fit.correlation[1, 2]) > 0.95
+    assert any("rig.stiffness_x and interface.shear_compliance are" in one for one in (*notes(fit), *doubts(fit)))
+    assert exceeded(fit)
 
 
 @pytest.mark.slow
