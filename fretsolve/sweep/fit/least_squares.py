@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from fretsolve.sweep.fit.evaluation import Evaluator, LoopSolver, Show
-from fretsolve.sweep.fit.measured_loop import MeasuredLoop
+from fretsolve.sweep.fit.measured_loop import MeasuredLoop, noise_of
 from fretsolve.sweep.fit.model_loop import Branches, area
 from fretsolve.sweep.fit.plan import FitPlan
 from fretsolve.system.arrays import BoolArray, DoubleArray
@@ -69,10 +69,8 @@ class Fit:
 
     @property
     def noise(self) -> float:
-        """Standard deviation of the force along the loop by its noise and by the noise of the motion (N)."""
-        loop, (_, slopes) = self.plan.loop, self.branches.at(self.plan.loop)
-        left = max(loop.motion_noise**2 - float(np.var(loop.hidden)), 0.0)
-        return float(np.sqrt(loop.force_noise**2 + left * np.mean(slopes**2)))
+        """Standard deviation of the residual from point to point (N), which no smooth error of the model has."""
+        return noise_of(self.residual[np.argsort(self.plan.loop.time)])
 
     @property
     def quantile(self) -> float:

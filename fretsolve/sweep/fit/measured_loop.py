@@ -65,7 +65,7 @@ class MeasuredLoop:
     """The last whole cycle of a record: force (N) and motion (mm) ``(n,)``, from a turn to the next and back.
 
     ends: the motion at the three turns; branch: 0 or 1, the half cycle of each point; time: its place in the record,
-    in cycles. force_noise, motion_noise: standard deviations of noise (N, mm); hidden: what smoothing has taken out of
+    in cycles. hidden: what smoothing has taken out of
     the motion ``(n,)``, whose noise would make a loop less steep. errors: by how much the motion ``(n,)`` and half the
     way between the turns (mm) are off where one of the turns, or the drift of a closed record, is off by its error.
     """
@@ -75,8 +75,6 @@ class MeasuredLoop:
     branch: IndexArray
     time: DoubleArray
     ends: tuple[float, float, float]
-    force_noise: float
-    motion_noise: float
     hidden: DoubleArray
     errors: list[tuple[DoubleArray, float]]
 
@@ -121,7 +119,7 @@ def cut(force: DoubleArray, motion: DoubleArray, path: Path, *, offset: bool) ->
     """
     parts, turns, closed = _last_cycle(motion, path)
     order, branch = np.concatenate(parts), np.repeat((0, 1), [len(part) for part in parts])
-    force_noise, motion_noise = _noise(force), _noise(motion)
+    motion_noise = noise_of(motion)
     smooth = _smoothed(motion, parts, motion_noise)[order]
     moved, ends = _placed(smooth, order, turns, offset)
     errors = []
@@ -133,9 +131,7 @@ def cut(force: DoubleArray, motion: DoubleArray, path: Path, *, offset: bool) ->
         # a drift and what is missing where the record is closed look the same
         others = _placed(smooth, order, turns, offset, GAP * float(np.ptp(smooth)))
         errors.append((others[0] - moved, _reach(others[1]) - _reach(ends)))
-    return MeasuredLoop(
-        force[order], moved, branch, order / len(order), ends, force_noise, motion_noise, motion[order] - smooth, errors
-    )
+    return MeasuredLoop(force[order], moved, branch, order / len(order), ends, motion[order] - smooth, errors)
 
 
 def _placed(
@@ -167,7 +163,7 @@ def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list
     turns = _turns(motion)
     closed = len(turns) < 3
     whole = (1.0 - GAP) * float(np.ptp(motion)) - float(np.abs(np.diff(motion)).max())
-    times = ("never", "once", "twice", "often")[min(len(turns), 3)]
+    times = ("does not turn", "turns once", "turns twice", "turns often")[min(len(turns), 3)]
     first = _farthest(motion, np.arange(turns[0]), turns[0]) if turns else 0
     last = _farthest(motion, np.arange(turns[-1], len(motion)), turns[-1]) if turns else 0
     head, tail = (abs(motion[first] - motion[turns[0]]), abs(motion[last] - motion[turns[-1]])) if turns else (0.0, 0.0)
@@ -185,7 +181,7 @@ def _last_cycle(motion: DoubleArray, path: Path) -> tuple[list[IndexArray], list
         before = before[way * (motion[before] - motion[last]) > 0.0]
         parts = [np.arange(start, middle + 1), np.r_[middle + 1 : last + 1, before]]
     else:
-        message = f"holds no whole cycle: the motion turns {times}; a motion there and back is needed"
+        message = f"holds no whole cycle: the motion {times}; a motion there and back is needed"
         raise CaseError(message, (), path)
     if (fewest := sum(map(len, parts))) < FEWEST_POINTS:
         message = f"the last whole cycle has {fewest} points; at least {FEWEST_POINTS} are needed"
@@ -275,7 +271,7 @@ def _smoothed(motion: DoubleArray, parts: Sequence[IndexArray], noise: float) ->
     return found
 
 
-def _noise(record: DoubleArray) -> float:
+def noise_of(record: DoubleArray) -> float:
     """Return the standard deviation of noise on a smooth record, by the median of third differences.
 
     Third differences have 20 times the variance of noise; the median leaves out the few at turns.

@@ -63,8 +63,8 @@ class Branches:
 
 
 def area(motion: DoubleArray, force: DoubleArray) -> float:
-    """Return the area within a closed polygon."""
-    return abs(0.5 * float(np.sum(motion * np.roll(force, -1) - np.roll(motion, -1) * force)))
+    """Return the area within a closed polygon: the work of the force, below 0 where it drives the motion."""
+    return 0.5 * float(np.sum(np.roll(motion, -1) * force - motion * np.roll(force, -1)))
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,12 +22,20 @@ from fretsolve.sweep.fit.model_loop import (
     FORCE,
     MOTION,
     LoopModel,
+    area,
     pressing_entries,
 )
 from fretsolve.sweep.fit.parameters import Parameter, read_parameters
 
 USUAL_LOOPS = 20
 """About how many loops a fit solves."""
+
+
+DRIVING = 0.02
+"""Part of the box about a loop from which noise cannot make the energy of a closed loop negative."""
+
+MOST_FRICTION = 10.0
+"""Force over P beyond any friction."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,8 @@ class FitRequest:
 
 @dataclass(frozen=True, eq=False)
 class FitPlan:
-    """A checked fit. models: in the order in which they are fitted, the last one on the grid of the case."""
+    """A checked fit. models: in the order in which they are fitted, the last one on the grid of the case; side:
+    of that grid along x (mm)."""
 
     request: FitRequest
     text: CaseText
@@ -53,6 +63,7 @@ class FitPlan:
     parameters: tuple[Parameter, ...]
     loop: MeasuredLoop
     models: tuple[LoopModel, ...]
+    side: float
 
 
 def make_fit_plan(request: FitRequest) -> FitPlan:
@@ -73,14 +84,29 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
         )
     force, moved = read_loop_file(request.loop, columns, (case.dimensions[FORCE], case.dimensions[motion]))
     loop = cut(force, moved, request.loop, offset=request.offset)
+    _require_plausible(loop, case, request.loop)
     if len(loop.force) <= len(parameters) + 4:  # offset and drift, and two to tell their noise
         raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
     ways, coarse_ways = ((loop.way(0, n), loop.way(1, n)) for n in (FINE_INCREMENTS, COARSE_INCREMENTS))
     fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, None)
-    saved = USUAL_LOOPS * set_up(fine.case([one.start for one in parameters])).seconds_saved
-    fine = replace(fine, compiled=compiling_pays(saved))
+    setup = set_up(fine.case([one.start for one in parameters]))
+    fine = replace(fine, compiled=compiling_pays(USUAL_LOOPS * setup.seconds_saved))
     # a row of cells is solved as fast as a coarse one
     points = case.grid.points
     is_fine = case.plane is None and (points is None or max(points) > COARSE_POINTS)
     coarse = replace(fine, points=COARSE_POINTS if is_fine else None, ways=coarse_ways)
-    return FitPlan(request, text, case, parameters, loop, (coarse, fine))
+    return FitPlan(request, text, case, parameters, loop, (coarse, fine), setup.grid.size[0])
+
+
+def _require_plausible(loop: MeasuredLoop, case: Case, path: Path) -> None:
+    """Refuse a record that no contact gives: it drives the motion, or has more force than friction could carry."""
+    energy, box = area(loop.motion, loop.force), 2.0 * loop.reach * loop.range
+    if energy < -DRIVING * box:
+        unit = case.dimensions["work_total"].unit
+        message = f"force and motion run against each other, so that a cycle gains {-energy:.3g} {unit}"
+        raise CaseError(f"{message}; is the sign of one of them wrong, or the order of the rows?", (), path)
+    pressed = max((value for stage in case.stages() for name, value in stage.targets if name == "P"), default=math.inf)
+    if 0.5 * loop.range > MOST_FRICTION * pressed:
+        force = f"{0.5 * loop.range:.3g} {case.dimensions[FORCE].unit}"
+        message = f"the force reaches {force}, {0.5 * loop.range / pressed:.3g} times P"
+        raise CaseError(f"{message}; is its unit right?", (), path)

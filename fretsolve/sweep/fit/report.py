@@ -13,7 +13,7 @@ import numpy as np
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from fretsolve.case.dimensions import percent
+from fretsolve.case.dimensions import in_small_unit, percent
 from fretsolve.sweep.fit.least_squares import DOUBLED, STEPS, Fit
 from fretsolve.sweep.fit.model_loop import FORCE
 from fretsolve.system import atomic_files
@@ -28,6 +28,9 @@ MISFIT = 0.005
 
 HARDLY_APART = 0.95
 """Correlation of two parameters from which their bounds are three times as wide as with one of them known."""
+
+FEW_POINTS = 50
+"""Points of a cycle below which the loop bends as much from point to point as noise or backlash may bend it."""
 
 CORRELATED = 0.6
 """Correlation of neighbouring points from which bounds are twice as wide as with white noise."""
@@ -100,6 +103,14 @@ def doubts(fit: Fit) -> Iterator[str]:
         )
     if not fit.ended:
         yield f"the search stopped after {STEPS} steps before its end: start it from the values found"
+    if len(loop.force) < FEW_POINTS:
+        yield (
+            f"a cycle of {len(loop.force)} points hides its noise and the errors of the model; record 100 points or"
+            " more"
+        )
+    if 2.0 * loop.reach > fit.plan.side:
+        motion = in_small_unit(2.0 * loop.reach, 3)
+        yield f"the motion of {motion} to and fro is more than the contact; is its unit right?"
     names = [one.name for one in fit.plan.parameters]
     for name, value, one in zip(names, fit.at_limit, fit.plan.parameters, strict=True):
         if value:

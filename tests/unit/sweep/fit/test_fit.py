@@ -15,6 +15,7 @@ from scipy.signal import lfilter
 from small_cases import write_case
 
 from fretsolve.case.loading import load_case
+from fretsolve.errors import CaseError
 from fretsolve.sweep.fit import least_squares
 from fretsolve.sweep.fit.least_squares import Fit, covariance, fit_loop
 from fretsolve.sweep.fit.model_loop import LoopModel
@@ -198,6 +199,24 @@ def test_force_that_is_larger_one_way_ends_in_a_misfit(tmp_path: Path) -> None:
 
 LINE = np.linspace(-1.0, 1.0, 2001)[:, None]
 NOTHING = np.zeros((2001, 0))
+
+
+def test_records_that_no_contact_gives_are_refused(tmp_path: Path) -> None:
+    """The case has P = 400 N."""
+    motion, force = GROSS
+    with pytest.raises(
+        CaseError, match=r"force and motion run against each other, so that a cycle gains .* mJ; is the"
+    ):
+        fit(tmp_path, (motion, -force))
+    with pytest.raises(CaseError, match=r"the force reaches 4.*e.04 N, 10. times P; is its unit right"):
+        fit(tmp_path, (motion, 1e3 * force))
+
+
+def test_few_points_and_long_ways_are_told(tmp_path: Path) -> None:
+    found = fit(tmp_path, GROSS, points=30, cycles=1.4)
+    said = list(doubts(replace(found, plan=replace(found.plan, side=1e-3))))
+    assert any("hides its noise and the errors of the model; record 100 points or more" in one for one in said)
+    assert any(one.endswith("um to and fro is more than the contact; is its unit right?") for one in said)
 
 
 def test_covariance_of_a_straight_line() -> None:
