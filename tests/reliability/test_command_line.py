@@ -66,7 +66,9 @@ def readable(out: Path) -> int:
         return result.increments
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGUSR1])
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, *(pytest.param(one, marks=pytest.mark.slow) for one in (signal.SIGINT, signal.SIGUSR1))]
+)
 def test_signal_stops_the_run_and_a_resume_ends_alike(number: signal.Signals, case: Path, uninterrupted: Path) -> None:
     out = case.with_suffix(".h5")
     with start_and_wait(case, 3) as process:

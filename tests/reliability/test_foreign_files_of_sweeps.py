@@ -137,6 +137,7 @@ def test_only_beginnings_are_removed(tmp_path: Path) -> None:
     assert not folder.exists()
 
 
+@pytest.mark.slow
 def test_results_of_other_cases_of_a_sweep(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1, 0.12]]\n")
     assert invoke("sweep", "run", path, "-q").exit_code == 0

@@ -91,6 +91,7 @@ EXPECTED = "expect=[{quantity: P, value: 400 N, rel: 1e-6}]"
 SWT = "{criteria: [swt], material: {young_modulus: 200 GPa, poisson_ratio: 0.3}}"
 
 
+@pytest.mark.slow
 def test_every_command_takes_a_name_that_is_not_utf_8_or_refuses_it(tmp_path: Path) -> None:
     """The files of stresses and of fatigue, VTK's and XDMF's hold the name, so none of them is begun."""
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/h\xf6he"))

@@ -112,6 +112,7 @@ def test_periodic_cycles_count_wear():
     assert rows[-1].delta_z == pytest.approx(pressed.delta_z, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_line_pressed_by_an_actuator():
     stages = [{"actuator_x": -8e-3, "increments": 2}, {"actuator_x": 8e-3, "increments": 2}]
     steel = {"young_modulus": 210e3, "poisson_ratio": 0.3}

@@ -94,6 +94,7 @@ def test_pictures(tmp_path):
             assert invoke("plot", tmp_path / "case.h5", kind, "-o", tmp_path / f"{kind}.png").exit_code == 0
 
 
+@pytest.mark.slow
 def test_a_map_of_running_conditions_over_the_amplitude(tmp_path):
     """All slips from 1.4264 um on at friction 0.4, from 1.7830 um on at 0.5."""
     write_case(tmp_path, CASE.replace("times: 2, increments: 12", "times: 1, increments: 4"))

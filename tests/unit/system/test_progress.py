@@ -51,6 +51,7 @@ def test_quiet_on_a_terminal(tmp_path: Path) -> None:
     assert shown_on_a_terminal(write_case(tmp_path), "-q", "--set", "grid.points=32") == (0, "")
 
 
+@pytest.mark.slow
 def test_no_color_is_heeded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TERM", "xterm-256color")
     colour = "\x1b[3"  # sets a colour of the foreground; moving the cursor has other codes

@@ -22,6 +22,7 @@ def case(tmp_path):
     return tmp_path / "c.yaml"
 
 
+@pytest.mark.slow
 def test_a_case_asks_for_fatigue_parameters(case, tmp_path):
     """They are those of the command, and are made again if they are missing, or of another case."""
     done = invoke("run", case)
@@ -50,6 +51,7 @@ def test_a_case_asks_for_fatigue_parameters(case, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir() if "tmp" in path.name) == []
 
 
+@pytest.mark.slow
 def test_constants_in_the_case_and_averages(case, tmp_path):
     """An average has a depth of its own; one constant of a file may be overridden."""
     words = ("--set", "output.fatigue.depths=[]", "--set", "output.fatigue.average={point: 80 um}")

@@ -113,7 +113,13 @@ print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1
 
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="reads Linux's /proc")
-@pytest.mark.parametrize("sets", [NORMAL, (UNLIKE, "load_path.1.increments=1")], ids=["normal", "coupled"])
+@pytest.mark.parametrize(
+    "sets",
+    [
+        pytest.param(NORMAL, id="normal"),
+        pytest.param((UNLIKE, "load_path.1.increments=1"), id="coupled", marks=pytest.mark.slow),
+    ],
+)
 def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     case = write_case(tmp_path)
     values = ["grid.points=256", *sets]

@@ -154,6 +154,7 @@ def test_stresses_are_those_of_the_worn_contact(worn: Path, tmp_path: Path) -> N
         assert result.history["max_pressure"][-1] > 1.001 * result.history["max_pressure"][0]
 
 
+@pytest.mark.slow
 def test_a_cycle_between_worn_surfaces_begins_with_its_end(worn: Path, result: Result, tmp_path: Path) -> None:
     """Not with the change of the surfaces, in which the cells that have just come into contact carry no shear."""
     words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "--body", 2)
@@ -194,6 +195,7 @@ def test_jumps_beyond_the_tolerance_are_warned_of(tmp_path: Path) -> None:
     assert "wear_error" not in invoke("run", path, "-q", "--overwrite").stderr
 
 
+@pytest.mark.slow
 def test_the_error_by_cells_that_stick_is_shown_and_warned_of(tmp_path: Path) -> None:
     path = write_case(tmp_path, WORN)
     done = invoke("run", path, "-q", "--set", "load_path.2.cycle.represents=400000", "--set", "grid.size=1 mm")

@@ -57,6 +57,7 @@ def test_all_kinds_and_a_report(result_folder: Path, drawn: Path) -> None:
     assert "dissipated energy" in text and "<h2>Left out</h2>" not in text
 
 
+@pytest.mark.slow
 def test_report_says_what_is_left_out(result_folder: Path, tmp_path: Path) -> None:
     done = invoke("plot", result_folder / "hertz.h5", "--all", "-o", tmp_path)
     assert done.exit_code == 0

@@ -163,6 +163,7 @@ def test_validate_prints_the_closed_forms(tmp_path: Path) -> None:
     assert "Dundurs' constant 0\n" in output
 
 
+@pytest.mark.slow
 def test_very_large_results_are_told_before_the_run() -> None:
     """10 000 cycles keep the fields of 200 000 increments, of which a few are enough."""
     path = [{"P": 400.0}, {"cycle": {"amplitude": {"Qx": 20.0}, "times": 10_000}}]

@@ -68,6 +68,7 @@ def held(folder: Path, **options: float | bool) -> NDArray[np.int_]:
     return np.sum([(low <= TRUE) & (high >= TRUE) for low, high in bounds], axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("start", "cycles"), [(0.2, 1.0), (0.24, 1.0), (0.25, 1.0), (0.26, 1.0), (0.25, 1.02), (0.5, 1.0)]
 )
@@ -75,6 +76,7 @@ def test_bounds_hold_where_a_single_drifting_cycle_is_closed(tmp_path: Path, sta
     assert np.all(held(tmp_path, start=start, cycles=cycles) >= 18)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("slow", [0.0, 0.5, 0.9])
 def test_bounds_hold_with_slow_noise(tmp_path: Path, slow: float) -> None:
     assert np.all(held(tmp_path, slow=slow) >= 18)
