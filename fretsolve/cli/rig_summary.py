@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from fretsolve.case.dimensions import ANGLE, LENGTH, in_small_unit, percent
-from fretsolve.case.history import DIMENSIONS_BY_NAME
+from fretsolve.case.dimensions import ANGLE, LENGTH, STIFFNESS, TURNING_STIFFNESS, in_small_unit, percent
+from fretsolve.case.history import COMPONENTS, DIMENSIONS_BY_NAME
+from fretsolve.problem.model.rig import Rig
 from fretsolve.problem.setup.driven_contact import DrivenContact
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.rig_forms import RigForms
@@ -23,10 +24,20 @@ def rig_lines(setup: ProblemSetup) -> Iterator[str]:
     known = [*_stiffness_lines(forms), *_pressed_lines(forms), *_sheared_lines(forms)]
     if setup.model.rig is not None:
         yield "\n# rig in series with the contact"
+        if setup.case.rig is not None and setup.case.rig.compliance is not None:
+            yield f"{setup.case.rig.compliance.name}: stiffness of each motion alone: {', '.join(_stiffnesses(setup.model.rig))}"
         yield from known or ["no closed form tells how contact and rig share the actuator's motion"]
     elif known:
         yield f"\n# motion of points {setup.case.reference_depth:g} mm deep in both bodies"
         yield from known
+
+
+def _stiffnesses(rig: Rig) -> Iterator[str]:
+    """Yield the stiffness of a rig against each motion by the load of this motion alone, in which a wrong unit shows."""
+    for (_, motion, _), compliance in zip(COMPONENTS, rig.compliance.diagonal().tolist(), strict=True):
+        unit = STIFFNESS if DIMENSIONS_BY_NAME[motion] is LENGTH else TURNING_STIFFNESS
+        if compliance:
+            yield f"{motion} {1.0 / compliance:.4g} {unit.unit}"
 
 
 def _stiffness_lines(forms: RigForms) -> Iterator[str]:

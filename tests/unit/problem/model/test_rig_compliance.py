@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from fretsolve.case.loading import load_case
+from fretsolve.cli.rig_summary import rig_lines
 from fretsolve.errors import CaseError, FileError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.required_terms import derive_model
 from fretsolve.problem.model.rig import Rig, rig_of
+from fretsolve.simulation.problem_setup import set_up
 
 CASE = """bodies: [{material: steel}, {material: steel}]
 surface: {sphere: {radius: 10 mm}}
@@ -147,6 +149,15 @@ def test_digits_that_a_file_loses_are_made_up_by_the_mean(tmp_path: Path) -> Non
 def test_a_file_of_zeros_is_refused(tmp_path: Path) -> None:
     with pytest.raises(CaseError, match="all of it is 0; leave the rig out"):
         rig_with(tmp_path, lines(0.0 * MATRIX))
+
+
+def test_validate_says_the_stiffness_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "rig.csv").write_text(lines(MATRIX))
+    said = list(rig_lines(set_up(case_with(tmp_path, "compliance: rig.csv"))))
+    assert said[1] == (
+        "rig.csv: stiffness of each motion alone: delta_z 2e+05 N/mm, phi_x 1e+06 N mm/rad, phi_y 5e+05 N mm/rad,"
+        " delta_x 5e+04 N/mm, delta_y 3.333e+04 N/mm, phi_z 3.333e+05 N mm/rad"
+    )
 
 
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
