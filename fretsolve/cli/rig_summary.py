@@ -24,8 +24,8 @@ def rig_lines(setup: ProblemSetup) -> Iterator[str]:
     known = [*_stiffness_lines(forms), *_pressed_lines(forms), *_sheared_lines(forms)]
     if setup.model.rig is not None:
         yield "\n# rig in series with the contact"
-        if setup.case.rig is not None and setup.case.rig.compliance is not None:
-            yield f"{setup.case.rig.compliance.name}: stiffness of each motion alone: {', '.join(_stiffnesses(setup.model.rig))}"
+        if setup.case.rig is not None and (file := setup.case.rig.compliance) is not None:
+            yield f"{file.name}: stiffness of each motion alone: {', '.join(_stiffnesses(setup.model.rig))}"
         yield from known or ["no closed form tells how contact and rig share the actuator's motion"]
     elif known:
         yield f"\n# motion of points {setup.case.reference_depth:g} mm deep in both bodies"
@@ -33,7 +33,7 @@ def rig_lines(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _stiffnesses(rig: Rig) -> Iterator[str]:
-    """Yield the stiffness of a rig against each motion by the load of this motion alone, in which a wrong unit shows."""
+    """Yield the stiffness of each motion of a rig under its own load alone, in which a wrong unit shows."""
     for (_, motion, _), compliance in zip(COMPONENTS, rig.compliance.diagonal().tolist(), strict=True):
         unit = STIFFNESS if DIMENSIONS_BY_NAME[motion] is LENGTH else TURNING_STIFFNESS
         if compliance:
