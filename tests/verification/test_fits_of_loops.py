@@ -99,7 +99,7 @@ def test_derivatives_against_mindlin(tmp_path: Path) -> None:
     reach = 0.863748e-3
     time = 0.25 + np.arange(401) / 200.0
     motion = reach * np.sin(2.0 * np.pi * time)
-    loop = write_record(tmp_path / "loop.csv", (time, 36.0 * np.sin(2.0 * np.pi * time - 0.1), motion), "delta_x (um)")
+    loop = write_record(tmp_path / "loop.csv", (time, 36.0 * np.sin(2.0 * np.pi * time + 0.1), motion), "delta_x (um)")
     case = tmp_path / "case.yaml"
     text = FIT_CASE.replace("rig: {stiffness_x: 70 kN/mm}   # from its data sheet\n", "").replace(
         "actuator_x", "delta_x"
