@@ -310,6 +310,7 @@ def test_a_grid_beyond_the_limit_of_memory(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["case.yaml"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("files", [7, 12])
 def test_too_low_a_limit_of_open_files(case: Path, files: int) -> None:
     code, _, messages = finish(

@@ -69,6 +69,7 @@ def test_foreign_files_are_not_replaced(swept: Path, tmp_path: Path) -> None:
     own.unlink()
 
 
+@pytest.mark.slow
 def test_missing_case_is_not_counted(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, SWEEP.replace("150 N", "100.1 N").replace("[1, 2, 3]", "[1, 2]"), CASE)
     assert invoke("sweep", "run", path, "-j", 1, "-q").exit_code == 0
@@ -80,6 +81,7 @@ def test_missing_case_is_not_counted(tmp_path: Path) -> None:
     assert one["delta_z mean (mm)"] != "" and one["delta_z standard deviation (mm)"] == ""
 
 
+@pytest.mark.slow
 def test_sweep_without_seeds_has_no_such_table(tmp_path: Path) -> None:
     text = SWEEP.replace("  - surface.1.roughness.seed: [1, 2, 3]\n", "").replace(", 150 N", "")
     path = write_sweep(tmp_path, text, CASE)

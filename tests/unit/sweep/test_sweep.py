@@ -178,6 +178,7 @@ def missing_of(folder: Path) -> list[int]:
     return [row["index"] for row in rows_of(folder) if not (folder / row["result"]).exists()]
 
 
+@pytest.mark.slow
 def test_work_runs_the_cases_named(tmp_path: Path) -> None:
     path, folder = write_sweep(tmp_path), tmp_path / "sweep.sweep"
     write_manifest(make_sweep_plan(path, folder).manifest)

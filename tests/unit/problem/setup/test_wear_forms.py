@@ -132,6 +132,7 @@ def test_lines_of_gross_slip():
     assert scar.startswith("with that volume (V/V0 = 2.26) the scar has a = 0.4035 mm")
 
 
+@pytest.mark.slow
 def test_warnings():
     def about_wear(setup):
         return [text for text in case_warnings(setup) if text.startswith(("wear", "grid.size"))]
