@@ -238,7 +238,7 @@ class LineStageSpec(_LineModel, StageSpec):
 
 
 class LineRigSpec(_LineModel, RigSpec):
-    """What gives between a line contact and the actuator: springs, per mm of the line's length."""
+    """Springs between a line contact and the actuator, per mm of the line's length."""
 
     refused_keys: ClassVar[Mapping[str, str]] = {
         "stiffness_y": "the motion along y is unknown in a line contact; remove it, or plane: strain",

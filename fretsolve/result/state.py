@@ -156,14 +156,14 @@ class SummaryErrors:
 _COLUMNS = tuple(name for name in SummaryErrors.__dataclass_fields__ if not name.startswith(OF_RIG))
 
 CORRECTED = tuple(name.removesuffix(CORRECTED_SUFFIX) for name in _COLUMNS if name.endswith(CORRECTED_SUFFIX))
-"""The values of a summary that are corrected too, in their order; those of a rig follow from them."""
+"""The values of a summary that are corrected too, in their order. The values of a rig follow from them."""
 
 ESTIMATED = tuple(
     name.removesuffix(ERROR_SUFFIX)
     for name in _COLUMNS
     if name.endswith(ERROR_SUFFIX) and not name.endswith(CORRECTED_SUFFIX + ERROR_SUFFIX)
 )
-"""The values of a summary that have error bars, in their order; those of a rig follow from them."""
+"""The values of a summary that have error bars, in their order. The values of a rig follow from them."""
 
 
 @dataclass(frozen=True)

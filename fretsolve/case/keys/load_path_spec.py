@@ -39,7 +39,7 @@ class WearJumps:
 
 
 def exclusive(modes: Sequence[Sequence[str]]) -> list[JsonValue]:
-    """Return the conditions of a JSON Schema that of the components of each mode one is given at most."""
+    """Return the conditions of a JSON Schema that allow one component of each mode at most."""
     return [{"not": {"required": [*pair]}} for names in modes for pair in combinations(names, 2)]
 
 

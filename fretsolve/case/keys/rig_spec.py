@@ -23,7 +23,7 @@ STIFFNESSES = {f"stiffness_{motion.removeprefix('delta_')}": motion for motion i
 
 
 class RigSpec(CaseModel):
-    """What gives between the contact and the actuator: springs along the contact's motions, or a compliance matrix."""
+    """Springs along the contact's motions, or a compliance matrix, between the contact and the actuator."""
 
     model_config = ConfigDict(json_schema_extra={"minProperties": 1})
 

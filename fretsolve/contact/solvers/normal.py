@@ -192,10 +192,8 @@ class NormalSolver:
             return control.imposed_displacement, np.zeros(3), np.zeros(3)
         imposed = control.displacement(self.modes.resultants(pressure))
         gaps = self.modes.gap_sums(separation, self.uz[0], imposed, self._contact)
-        misfit = -solve_modes(self._gram, gaps, sorted([*control.forced_index, *control.sprung_index]))
-        misfit[control.forced_index] = 0.0
-        taken, loads = self.modes.meet_rig(control, misfit, self._gram, self.operator.unit)
-        return imposed, misfit - taken, loads
+        misfit = -solve_modes(self._gram, gaps, control.fitted_index)
+        return imposed, *self.modes.meet_rig(control, misfit, self._gram, self.operator.unit)
 
     def _rigid_displacement(
         self, separation: FloatArray, control: LoadControl, rigid: Vector, imposed: Vector

@@ -90,22 +90,23 @@ class _Modes:
         return loads[0] / area - one, loads[1] / area - two, loads[2] / area - three
 
     def meet_rig(self, control: LoadControl, misfit: Vector, gram: Products, unit: float) -> tuple[Vector, Vector]:
-        """Return which part of a misfit the cells take, and the change of the rig's loads with it; 3 each.
+        """Return the part of a misfit that the loads of the rig still take, and the change of these loads; 3 each.
 
         The rig gives way by C F, the cells by F/E with the stiffness E of a disk, roughly. So the cells take
         (1 + C E)^-1 m, little on a soft rig, whose motion by its law alone says nothing of stick and slip.
-        misfit: m, the motion by the rig's law less the motion that fits the cells; gram: of the cells, as from `gram`;
-        unit: compliance of a cell (mm/MPa).
+        misfit: m, the motion by the rig's law less the motion that fits the cells; imposed loads do not count.
+        gram: of the cells, as from `gram`; unit: compliance of a cell (mm/MPa).
         """
-        modes, taken, loads = control.sprung_index, misfit.copy(), np.zeros(3)
+        modes, left, loads = control.sprung_index, np.zeros(3), np.zeros(3)
         cells = max(gram[0][0], gram[1][1]) if self.y.size > 1 else gram[0][0] ** 2  # strips reach farther
         if cells > 0.0:
             weights = np.array([gram[mode][mode] for mode in modes])
             stiffness = weights * (CONTACT_STIFFNESS * self.cell_area / (unit * math.sqrt(cells)))
             compliance = control.matrix[np.ix_(modes, modes)]
-            taken[modes] = np.linalg.solve(np.eye(len(modes)) + compliance * stiffness, misfit[modes])
-            loads[modes] = stiffness * taken[modes]
-        return taken, loads
+            taken = np.linalg.solve(np.eye(len(modes)) + compliance * stiffness, misfit[modes])
+            left[modes] = misfit[modes] - taken
+            loads[modes] = stiffness * taken
+        return left, loads
 
     def gram(self, weight: FloatArray | BoolArray) -> Products:
         """Return the weighted sums of products of the modes, 3 x 3; here of 1, y, x."""

@@ -256,11 +256,8 @@ class TangentialSolver:
         sums, gram = self._kernels.take_slip(self._slip, elastic_slip, imposed, *arguments, *fields)
         # where all cells slip along a motion, they take nothing of it, and its weight is rounding
         least = SINGULAR * (gram[0][0] + gram[1][1]) * np.square(self.modes.arms[3:])
-        fitted = sorted([*control.forced_index, *control.sprung_index])
-        misfit = solve_modes(gram, sums, [mode for mode in fitted if gram[mode][mode] > least[mode]])
-        misfit[control.forced_index] = 0.0
-        taken, loads = self.modes.meet_rig(control, misfit, gram, self.operator.unit)
-        return imposed, misfit - taken, loads
+        misfit = solve_modes(gram, sums, [mode for mode in control.fitted_index if gram[mode][mode] > least[mode]])
+        return imposed, *self.modes.meet_rig(control, misfit, gram, self.operator.unit)
 
     def _prepare_cg(self, control: LoadControl, largest: float, misfit: Vector) -> None:
         """Give CG T s over its `largest` value (mm), n, and the rigid motions of the imposed loads (T11).

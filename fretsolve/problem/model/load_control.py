@@ -75,6 +75,11 @@ class LoadControl:
         return [mode for mode, forced in enumerate(self.forced) if forced]
 
     @cached_property
+    def fitted_index(self) -> list[int]:
+        """Modes whose displacement the contact settles: with imposed resultants, or through a rig that gives way."""
+        return sorted([*self.forced_index, *self.sprung_index])
+
+    @cached_property
     def imposed_displacement(self) -> Vector:
         """The imposed displacements, of the actuator with a rig, 0 where the resultant is imposed; read-only."""
         return _read_only([0.0 if forced else value for forced, value in zip(self.forced, self.values, strict=True)])

@@ -25,7 +25,7 @@ alternating signs."""
 class WornLineCycle:
     """A cycle of a cylinder's line contact that stands for others, in gross slip between imposed motions, under P.
 
-    Fields and properties are those of `WornCycle`, per mm of the line; depth: as of `CylinderWornByGrossSlip`.
+    Fields and properties mean the same as in `WornCycle`, per mm of the line; depth: as of `CylinderWornByGrossSlip`.
     """
 
     key: KeyPath

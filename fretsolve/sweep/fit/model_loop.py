@@ -73,7 +73,7 @@ class LoopModel:
 
     text: the case with `--set`; pressing: entries of its load path that come before; motion: that the stages move;
     start: the motion where the measured cycle starts; ways: the motions along its half cycles, an increment each.
-    points: cells per side, None for those of the case; compiled: whether the compiled kernels are used.
+    points: cells per side, None where the case decides; compiled: whether the compiled kernels are used.
     """
 
     text: CaseText
