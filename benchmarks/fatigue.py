@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 from helpers import parser_of, report
 
-from fretsolve.case.keys.output_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.post.fatigue import criteria, critical_plane
 from fretsolve.post.fatigue.criteria import fatigue_field
 from fretsolve.post.names import CRITERIA

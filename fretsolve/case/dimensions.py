@@ -42,6 +42,7 @@ ENERGY = Dimension("an energy", "mJ", "0.014 mJ")
 PRESSURE = Dimension("a pressure", "MPa", "200 GPa")
 VOLUME = Dimension("a volume", "mm^3", "0.01 mm^3")
 STRESS = Dimension("a stress", "MPa", "70 MPa")
+STRESS_INTENSITY = Dimension("a stress intensity", "MPa m^0.5", "5 MPa m^0.5")
 ANGLE = Dimension("an angle", "rad", "0.1 deg")
 TIME = Dimension("a time", "s", "2 s")
 NUMBER = Dimension("a number", "", "0.1")
@@ -66,7 +67,17 @@ LINE_STIFFNESS = Dimension("a stiffness per length", "N/mm^2", "5 kN/mm^2")
 LINE_TURNING_STIFFNESS = Dimension("a stiffness against rotation per length", "N/rad", "5e5 N/rad")
 LAYER_COMPLIANCE = Dimension("a displacement per traction", "mm/MPa", "2e-5 mm/MPa")
 
-DIMENSIONS = (LENGTH, AREA, FORCE, MOMENT, PRESSURE, LINE_FORCE, ENERGY_PER_AREA, WEAR_COEFFICIENT, ANGLE, TIME, NUMBER)
+DIMENSIONS = (
+    LENGTH,
+    AREA,
+    FORCE,
+    MOMENT,
+    PRESSURE,
+    LINE_FORCE,
+    ENERGY_PER_AREA,
+    WEAR_COEFFICIENT,
+    *(STRESS_INTENSITY, ANGLE, TIME, NUMBER),
+)
 """Those that the unit of a value can tell apart, except for an energy per area, which counts as a force per length."""
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from fretsolve.case.keys.output_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.unrolled_path import stage_key, stage_keys
 from fretsolve.case.models import Case
 from fretsolve.case.quantities import shown
@@ -24,8 +24,8 @@ File = TypeVar("File", bound=BaseModel)
 EVERY_STAGE = ("stage.*.", "load_path.*.")
 """Beginnings of a key that sets the key of every stage, stages of cycles included."""
 
-MATERIAL = ("output", "fatigue", "material")
-"""The key that may name a file of constants."""
+MATERIALS: tuple[KeyPath, ...] = (("output", "fatigue", "material"), ("output", "crack", "material"))
+"""The keys that may name a file of constants."""
 
 
 @dataclass(frozen=True)
@@ -82,23 +82,25 @@ class CaseText:
         return case
 
     def _with_material(self) -> Any:
-        """Return the data with the constants of the file that `output.fatigue.material` names in place of its name.
+        """Return the data with constants in place of the names of files of them, as `MATERIALS` may have.
 
-        Raises CaseError, also for what is wrong in that file.
+        Raises CaseError, also for what is wrong in such a file.
         """
-        fatigue = self.data
-        for part in MATERIAL[:-1]:
-            fatigue = fatigue.get(part) if isinstance(fatigue, dict) else None
-        name = fatigue.get(MATERIAL[-1]) if isinstance(fatigue, dict) else None
-        if not isinstance(name, str):
-            return self.data
-        try:
-            found = read_case(self.source.path.parent / name)
-        except FileError as error:
-            raise self.source.problem(str(error), MATERIAL) from None
-        found.require_mapping(list(Material.model_fields))
-        validated(Material, found.data, found.source, found.problems)
-        return replaced(self.data, MATERIAL, found.data)
+        data = self.data
+        for key in MATERIALS:
+            name = self.data
+            for part in key:
+                name = name.get(part) if isinstance(name, dict) else None
+            if not isinstance(name, str):
+                continue
+            try:
+                found = read_case(self.source.path.parent / name)
+            except FileError as error:
+                raise self.source.problem(str(error), key) from None
+            found.require_mapping(list(Material.model_fields))
+            validated(Material, found.data, found.source, found.problems)
+            data = replaced(data, key, found.data)
+        return data
 
 
 def read_case(path: str | Path, *, pipe: bool = False) -> CaseText:

@@ -24,7 +24,7 @@ from fretsolve.case.expression import Expression
 from fretsolve.case.history import COMPONENTS, DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS, OF_RIG
 from fretsolve.case.keys.body_specs import Body, RoughnessSurface, Surfaces
 from fretsolve.case.keys.friction_spec import FrictionSpec
-from fretsolve.case.keys.load_path_spec import CycleSpec, LoadStep
+from fretsolve.case.keys.load_path_spec import LoadStep
 from fretsolve.case.keys.output_spec import DEFAULT_FIELDS, OutputSpec, WearField
 from fretsolve.case.keys.rig_spec import InterfaceSpec, RigSpec
 from fretsolve.case.keys.settings_spec import Expectation, SolverSpec
@@ -300,19 +300,24 @@ class Case(CaseModel):
 
     @model_validator(mode="after")
     def _stress_is_known(self) -> Self:
-        for name, spec in (("stress", self.output.stress), ("fatigue", self.output.fatigue)):
-            if spec is None:
-                continue
-            rigid = [(index, body) for index, body in enumerate(spec.bodies) if self.bodies[body - 1] == "rigid"]
+        output = self.output
+        crack = output.crack
+        chosen: dict[str, list[tuple[KeyPath, int]]] = {
+            name: [(("bodies", index), body) for index, body in enumerate(spec.bodies)]
+            for name, spec in (("stress", output.stress), ("fatigue", output.fatigue))
+            if spec is not None
+        }
+        if crack is not None:
+            chosen["crack"] = [] if crack.body is None else [(("body",), crack.body)]
+        for name, bodies in chosen.items():
             refused_at(
-                (("output", name, "bodies", index), f"body {body} is rigid, so that it has no stress; leave it out")
-                for index, body in rigid
+                (("output", name, *key), f"body {body} is rigid, so that it has no stress; leave it out")
+                for key, body in bodies
+                if self.bodies[body - 1] == "rigid"
             )
-            if missing := [field for field in ("pressure", "shear") if field not in self.output.fields]:
+            if missing := [field for field in ("pressure", "shear") if field not in output.fields]:
                 message = f"stresses follow from pressure and shear; output.fields needs {' and '.join(missing)}"
                 refused_at([(("output", name), message)])
-        if self.output.fatigue is not None and not any(isinstance(step, CycleSpec) for step in self.load_path):
-            refused_at([(("output", "fatigue"), "fatigue parameters are those of a cycle; load_path needs one")])
         return self
 
     @field_validator("expect")

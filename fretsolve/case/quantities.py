@@ -31,6 +31,7 @@ from fretsolve.case.dimensions import (
     MOMENT,
     NUMBER,
     PRESSURE,
+    STRESS_INTENSITY,
     WEAR_COEFFICIENT,
     Dimension,
     percent,
@@ -69,7 +70,7 @@ percent = 0.01 = %
 """
 
 _NUMBER = r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
-_FACTOR = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)-?[1-9]|[²³])?"
+_FACTOR = r"[A-Za-zµμ°%_]+(?:(?:\^|\*\*)(?:-?[1-9]|0\.5)|[²³])?"
 _PRODUCT = rf"{_FACTOR}(?:(?:\s*[*·.]\s*|\s+){_FACTOR})*"
 _PART = rf"(?:{_FACTOR}|\(\s*{_PRODUCT}\s*\))"
 _UNIT = rf"{_PART}(?:(?:\s*[*/·.]\s*|\s+){_PART})*"
@@ -100,6 +101,7 @@ COMMON_FACTORS = {
     ("GPa", PRESSURE): 1e3,
     ("mm^3/J", WEAR_COEFFICIENT): 1e-3,
     ("mm^3/(N*m)", WEAR_COEFFICIENT): 1e-3,
+    ("MPa mm^0.5", STRESS_INTENSITY): 0.03162277660168379,
     ("deg", ANGLE): 0.017453292519943295,
     ("%", NUMBER): 0.01,
 }
@@ -201,7 +203,8 @@ def _parts(value: object) -> tuple[float | None, str]:
     """Return the number and the unit of a value, each of which may be missing; neither for anything else."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
-    match = _QUANTITY.match(value) if isinstance(value, str) and len(value) <= 100 else None
+    text = re.sub(r"sqrt\(\s*(m|mm)\s*\)|√(m{1,2})\b", r"\1\2^0.5", value) if isinstance(value, str) else ""
+    match = _QUANTITY.match(text) if 0 < len(text) <= 100 else None
     return (float(match[1]) if match[1] else None, match[2] or "") if match is not None else (None, "")
 
 

@@ -40,7 +40,14 @@ from fretsolve.system.signals import StopRequest
 
 _CASE = click.argument("case", type=FILE)
 _CASES = click.argument("cases", type=FILE, nargs=-1, required=True, metavar="CASE...")
-_LAST_CYCLE = click.Choice(["last"])
+_CYCLE = click.option(
+    "--cycle",
+    metavar="last|N|all",
+    default="last",
+    show_default=True,
+    help="The cycle that counts, by its number in `fretsolve show`, or each one. A load path without a cycle counts as"
+    " one.",
+)
 _BODY = click.Choice(["1", "2"])
 _WINDOW = click.option(
     "--window",
@@ -359,7 +366,7 @@ def export(**options: Any) -> int:
 )
 @repeatable_option("--stage", "stages", "S", "The end of stage S; by default the ends of all stages.", type=int)
 @repeatable_option("--step", "steps", "N|N:M", "Increment N, or those with fields from N to M.", type=StepRange())
-@click.option("--cycle", type=_LAST_CYCLE, help="All increments of the last cycle of the load path.")
+@click.option("--cycle", metavar="last|N|all", help="All increments of a cycle of the load path.")
 @click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")
 @_WINDOW
 @output_option("By default OUT with .stress.h5.", "FILE", "target")
@@ -398,14 +405,14 @@ def stress(threads: int, **options: Any) -> int:
     help="Average stresses first: point:20um (at half the length below the surface), line:20um (over twice the length),"
     " volume:20um (over a cube).",
 )
-@click.option("--cycle", type=_LAST_CYCLE, default="last", show_default=True, help="The cycle to look at.")
+@_CYCLE
 @repeatable_option("--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=_BODY)
 @_WINDOW
 @output_option("By default OUT with .fatigue.h5.", "FILE", "target")
 @overwrite_option("an existing file")
 @threads_option("Threads for stresses.")
 @quiet_option
-def fatigue(threads: int, cycle: str, **options: Any) -> int:
+def fatigue(threads: int, **options: Any) -> int:
     """Find where cracks may begin, from the result OUT or from a file of its stresses.
 
     FILE gets each parameter over depth, x and y with its critical plane, and the utilisation of its limit or the life.

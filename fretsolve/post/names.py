@@ -16,6 +16,13 @@ def dataset_name(criterion: str) -> str:
     return criterion.replace("-", "_")
 
 
+LIFE_NAMES = {"swt_life": "swt", "fatemi_socie_life": "fatemi-socie"}
+"""Names of the shortest lives by criteria with a life curve, which sweeps collect, with their criteria."""
+
+CRACK_NAMES = ("crack_arrest_length", "crack_life")
+"""What sweeps collect of a crack: the length (mm) at which it stops, 0 without one and inf where it goes through, and
+its life in cycles."""
+
 WORST_NAMES = {f"{dataset_name(criterion)}_max": criterion for criterion in CRITERIA}
 """Names of the largest values of the parameters, which sweeps collect, with their criteria."""
 
@@ -23,6 +30,11 @@ WORST_NAMES = {f"{dataset_name(criterion)}_max": criterion for criterion in CRIT
 def fatigue_path(source: Path) -> Path:
     """Return the name of the file of fatigue parameters beside a result or a file of stresses."""
     return source.with_name(source.name.removesuffix(source.suffix).removesuffix(".stress") + ".fatigue.h5")
+
+
+def crack_path(result: Path) -> Path:
+    """Return the name of the file of a crack beside a result."""
+    return result.with_suffix(".crack.h5")
 
 
 Invariant = Literal["mises", "tension", "tresca"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command_line import invoke
 
-from fretsolve.case.keys.output_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.post.fatigue import critical_plane
 from fretsolve.post.fatigue.criteria import FatigueField, fatemi_socie, fatigue_field, findley, swt
 from fretsolve.post.fatigue.critical_plane import PlaneField

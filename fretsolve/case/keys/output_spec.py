@@ -1,125 +1,16 @@
-"""Validate `output`: the fields that the result keeps, stresses below the surface and fatigue parameters.
-
-The constants of a material that fatigue parameters need are in MPa, with what follows from them.
-"""
+"""Validate `output`: the fields that the result keeps, stresses below the surface, fatigue parameters and a crack."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, GetJsonSchemaHandler, field_validator, model_validator
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, field_validator, model_validator
 from pydantic_core import CoreSchema
 
-from fretsolve.case.base import CaseModel, Count, PositiveLength, auto, each_once, refused_at
-from fretsolve.case.dimensions import LENGTH, NUMBER, PRESSURE
+from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, auto, each_once, refused_at
+from fretsolve.case.dimensions import LENGTH, NUMBER
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.quantities import InUnits, refused
-from fretsolve.errors import CaseError
-
-Stress = Annotated[float, InUnits(PRESSURE, above=0)]
-Exponent = Annotated[float, InUnits(NUMBER, least=-2, below=0)]
-
-
-class LifeCurve(CaseModel):
-    """Strain amplitudes over cycles N: (strength/modulus) (2N)^b + ductility (2N)^c. Both terms fall with N."""
-
-    strength: Stress = Field(description="fatigue strength coefficient", examples=["1000 MPa"])
-    strength_exponent: Exponent = Field(description="its exponent b, negative", examples=[-0.1])
-    ductility: Annotated[float, InUnits(NUMBER, least=0)] = Field(
-        default=0.0, description="fatigue ductility coefficient, a strain", examples=[0.5]
-    )
-    ductility_exponent: Exponent = Field(default=-0.6, description="its exponent c, negative", examples=[-0.6])
-
-
-class Material(CaseModel):
-    """Constants of a material; each criterion needs some of them."""
-
-    name: str | None = Field(default=None, description="name of the material", examples=["Ti-6Al-4V"])
-    sources: tuple[str, ...] = Field(default=(), description="where the constants come from, a list")
-    tension_limit: Stress | None = Field(
-        default=None, description="amplitude endured in fully reversed tension, s", examples=["300 MPa"]
-    )
-    torsion_limit: Stress | None = Field(
-        default=None, description="amplitude endured in fully reversed torsion, t", examples=["190 MPa"]
-    )
-    mcdiarmid_limit: Stress | None = Field(
-        default=None, description="McDiarmid's shear limit t_A or t_B; by default torsion_limit", examples=["190 MPa"]
-    )
-    tensile_strength: Stress | None = Field(default=None, description="tensile strength", examples=["700 MPa"])
-    yield_stress: Stress | None = Field(default=None, description="yield stress", examples=["500 MPa"])
-    fatemi_socie_factor: Annotated[float, InUnits(NUMBER, least=0)] = Field(
-        default=1.0,
-        description="Fatemi and Socie's factor k of the normal stress over the yield stress",
-        examples=[1.0],
-    )
-    young_modulus: Stress | None = Field(default=None, description="Young's modulus; by default the body's")
-    poisson_ratio: Annotated[float, InUnits(NUMBER, above=-1, most=0.5)] | None = Field(
-        default=None, description="Poisson's ratio; by default the body's", examples=[0.3]
-    )
-    strain_life: LifeCurve | None = Field(
-        default=None, description="life curve of normal strain, for Smith, Watson and Topper's parameter"
-    )
-    shear_strain_life: LifeCurve | None = Field(
-        default=None, description="life curve of shear strain, for Fatemi and Socie's parameter"
-    )
-
-    def needed(self, name: str) -> float:
-        """Return a constant. Raises CaseError if it is not given."""
-        value = getattr(self, name)
-        if value is None:
-            dimension = NUMBER if name == "poisson_ratio" else PRESSURE
-            raise CaseError(f"is missing; {dimension.wanted} is needed", (name,))
-        return float(value)
-
-    def limit_ratio(self, criterion: str, above: float, below: float = math.inf) -> float:
-        """Return torsion_limit/tension_limit. Raises CaseError if it is not between the bounds of a criterion."""
-        torsion, tension = self.needed("torsion_limit"), self.needed("tension_limit")
-        ratio = torsion / tension
-        if not above < ratio < below:
-            bounds = f"above {above:.6g}" + (f" and below {below:.6g}" if below < math.inf else "")
-            raise CaseError(
-                f"torsion_limit/tension_limit is {torsion:g}/{tension:g} = {ratio:.4g};"
-                f" a ratio {bounds} is needed for {criterion}",
-                ("torsion_limit",),
-            )
-        return ratio
-
-    @property
-    def crossland_factor(self) -> float:
-        """aC = 3 t/s - sqrt(3), of the largest hydrostatic stress."""
-        return 3.0 * self.limit_ratio("crossland", 1.0 / math.sqrt(3.0)) - math.sqrt(3.0)
-
-    @property
-    def dang_van_factor(self) -> float:
-        """aD = 3 t/s - 3/2, of the hydrostatic stress."""
-        return 3.0 * self.limit_ratio("dang-van", 0.5) - 1.5
-
-    @property
-    def findley_factor(self) -> float:
-        """k from s/t = 2/(1 + k/sqrt(1 + k^2)), of the largest normal stress."""
-        sine = 2.0 * self.limit_ratio("findley", 0.5, 1.0) - 1.0
-        return sine / math.sqrt(1.0 - sine**2)
-
-    @property
-    def findley_limit(self) -> float:
-        """f = t sqrt(1 + k^2)."""
-        return self.needed("torsion_limit") * math.hypot(1.0, self.findley_factor)
-
-    @property
-    def mcdiarmid_shear_limit(self) -> float:
-        """t_A or t_B, by default t."""
-        return self.needed("torsion_limit") if self.mcdiarmid_limit is None else self.mcdiarmid_limit
-
-    @property
-    def mcdiarmid_factor(self) -> float:
-        """t_AB/(2 su), of the largest normal stress."""
-        return self.mcdiarmid_shear_limit / (2.0 * self.needed("tensile_strength"))
-
-    @property
-    def shear_modulus(self) -> float:
-        """G = E/(2 (1 + nu))."""
-        return self.needed("young_modulus") / (2.0 * (1.0 + self.needed("poisson_ratio")))
-
 
 Depth = Annotated[float, InUnits(LENGTH, least=0)]
 Bodies = Annotated[
@@ -161,7 +52,10 @@ class StressSpec(CaseModel):
         return each_once(values)
 
 
-CriterionName = Literal["crossland", "dang-van", "findley", "mcdiarmid", "fatemi-socie", "swt"]
+CriterionName = Literal["crossland", "dang-van", "findley", "mcdiarmid", "fatemi-socie", "swt", "ruiz-1", "ruiz-2"]
+LifeCriterion = Literal["swt", "fatemi-socie"]
+"""Criteria with a life curve."""
+
 AverageKind = Literal["point", "line", "volume"]
 
 KINDS: tuple[AverageKind, ...] = ("point", "line", "volume")
@@ -206,7 +100,52 @@ class AverageSpec(CaseModel):
         return float(getattr(self, self.kind))
 
 
-class FatigueSpec(CaseModel):
+def with_hyphens(name: object) -> object:
+    """Return the name of a criterion with hyphens, as in dang-van; names of quantities have underscores instead."""
+    return name.replace("_", "-") if isinstance(name, str) else name
+
+
+CycleNumber = Annotated[int, Field(strict=True, ge=1)]
+
+
+class CyclesSpec(CaseModel):
+    """The cycles of the load path that count, and how often each of them occurs."""
+
+    cycle: Literal["last", "all"] | CycleNumber = Field(
+        default="last",
+        description="the cycle that counts: last, all for each once, or its number in the table of cycles; a load path"
+        " without a cycle counts as one",
+        examples=["last"],
+    )
+    blocks: dict[int, Annotated[float, InUnits(NUMBER, above=0)]] | None = Field(
+        default=None,
+        description="a block that is repeated: numbers of cycles, and how often each of them occurs in it; damage adds"
+        " up by Miner's rule",
+        examples=[{1: 1000, 2: 10}],
+    )
+
+    @field_validator("blocks")
+    @classmethod
+    def _counted_from_one(cls, blocks: dict[int, float] | None) -> dict[int, float] | None:
+        if blocks is not None:
+            refused_at(((number,), f"{number} is no cycle; cycles count from 1") for number in blocks if number < 1)
+            if not blocks:
+                raise refused("no cycle is named; a block such as {1: 1000, 2: 10} is needed")
+        return blocks
+
+    @model_validator(mode="after")
+    def _cycle_or_blocks(self) -> Self:
+        if self.blocks is not None and "cycle" in self.model_fields_set:
+            refused_at([(("cycle",), "blocks names the cycles; remove one of the two")])
+        return self
+
+    @property
+    def chosen(self) -> Literal["last", "all"] | int | dict[int, float]:
+        """The cycle, or the block."""
+        return self.blocks if self.blocks is not None else self.cycle
+
+
+class FatigueSpec(CyclesSpec):
     """Fatigue parameters over the last `cycle` of the load path, computed at the end of the run and written beside the
     result (`NAME.fatigue.h5`)."""
 
@@ -214,7 +153,9 @@ class FatigueSpec(CaseModel):
         description="constants of the material, or the name of a file of them, relative to the case file",
         examples=["steel.yaml"],
     )
-    criteria: tuple[CriterionName, ...] = Field(min_length=1, description="criteria", examples=[["crossland", "swt"]])
+    criteria: tuple[Annotated[CriterionName, BeforeValidator(with_hyphens)], ...] = Field(
+        min_length=1, description="criteria", examples=[["crossland", "swt"]]
+    )
     average: AverageSpec | None = Field(
         default=None, description="average stresses first", examples=[{"point": "20 um"}]
     )
@@ -231,6 +172,40 @@ class FatigueSpec(CaseModel):
         if self.depths and self.average is not None:
             refused_at([(("depths",), "an average has depths of its own; remove one of the two")])
         return self
+
+
+class CrackSpec(CyclesSpec):
+    """Stress intensity, arrest and life of a crack from the surface, computed at the end of the run and written beside
+    the result (`NAME.crack.h5`)."""
+
+    material: Annotated[Material, MaterialFile()] = Field(
+        default=Material(),
+        description="constants of the material, or the name of a file of them, relative to the case file; stress"
+        " intensity needs none of them",
+        examples=["aluminium.yaml"],
+    )
+    at: Literal["edge", "max"] | Length = Field(
+        default="edge",
+        description="x of the crack: edge, the edge of the contact with the larger tension, max, where the fatigue"
+        " parameter on the surface is largest, or a length",
+        examples=["edge"],
+    )
+    body: Literal[1, 2] | None = Field(
+        default=None, description="the body that may crack; by default 2, or 1 if that is rigid", examples=[2]
+    )
+    criterion: Annotated[LifeCriterion, BeforeValidator(with_hyphens)] | None = Field(
+        default=None,
+        description="the parameter that gives the cycles to a crack; by default swt, or fatemi-socie if the material"
+        " has only the life curve of shear strain",
+    )
+    final_length: PositiveLength | None = Field(
+        default=None,
+        description="length of the crack at which life ends; by default where toughness is reached",
+        examples=["2 mm"],
+    )
+    thickness: PositiveLength | None = Field(
+        default=None, description="thickness of the body, of which a crack may take a tenth", examples=["10 mm"]
+    )
 
 
 WearField = Literal["wear_depth", "wear_depth_1", "wear_depth_2"]
@@ -251,6 +226,7 @@ class OutputSpec(CaseModel):
         default=None, description="stresses below the surface at the end of the run", examples=[{"bodies": [2]}]
     )
     fatigue: FatigueSpec | None = Field(default=None, description="fatigue parameters at the end of the run")
+    crack: CrackSpec | None = Field(default=None, description="a crack from the surface at the end of the run")
 
     @field_validator("fields")
     @classmethod

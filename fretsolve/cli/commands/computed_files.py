@@ -20,10 +20,12 @@ from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
-from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, read_material, stresses_of_cycle
-from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, not_closed, stresses_beside
+from fretsolve.post.fatigue.material import placed, read_material
+from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, stresses_of_cycle
+from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, not_closed, stress_cycles, stresses_beside
 from fretsolve.post.names import CRITERIA, INVARIANTS, OUTERMOST, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import opened_computed
+from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_of, states_of, whole_path_note
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.peaks import Key, Peak
 from fretsolve.post.stress.request import (
@@ -37,7 +39,7 @@ from fretsolve.post.stress.request import (
     warnings_of,
 )
 from fretsolve.post.stress.stress_file import write_stress
-from fretsolve.post.stress.tractions import TractionHistory, last_cycle
+from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.problem.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -188,6 +190,15 @@ def _count(values: Sequence[object], noun: str) -> str:
     return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
 
 
+def cycle_choice(text: str) -> CycleChoice:
+    """Return the cycles that --cycle chooses. Raises CaseError."""
+    if text in ("last", "all"):
+        return "last" if text == "last" else "all"
+    if not (text.isdecimal() and int(text) > 0):
+        raise CaseError(f"{text!r} is no cycle; last, all, or a number from 1 on is needed", (), "--cycle")
+    return int(text)
+
+
 def length_of(option: str, text: str, needed: str, instead: str = "") -> float:
     """Return the value of an option in mm. Raises CaseError.
 
@@ -209,23 +220,25 @@ def _increments(result: Result, options: StressOptions) -> list[int]:
     ends = stage_ends(result.history["stage"]).tolist()
     if not (options.stages or options.steps or options.cycle):
         return [step for step in ends if step in result.steps] or list(result.steps[-1:])
-    try:
-        chosen = set(last_cycle(result)) if options.cycle else set()
-    except CaseError as error:
-        raise CaseError(f"{error.message}; --stage or --step chooses increments", (), result.path) from None
+    found = set[int]()
+    if options.cycle is not None:
+        with placed(lambda message: CaseError(f"{message}; --stage or --step chooses increments", (), result.path)):
+            cycles = chosen(cycles_of(result), cycle_choice(options.cycle))
+        print_warnings(result.path, *filter(None, [whole_path_note(cycles)]))
+        found.update(states_of(cycles, result.steps))
     try:
         for stage in options.stages:
             if not 1 <= stage <= len(ends):
                 raise ValueError(f"there is no stage {stage}; there are 1 to {len(ends)}")
-            chosen.add(stored_step(result, ends[stage - 1]))
+            found.add(stored_step(result, ends[stage - 1]))
         for first, last in options.steps:
-            found = [step for step in result.steps if first <= step <= last]
-            if first != last and not found:
+            inside = [step for step in result.steps if first <= step <= last]
+            if first != last and not inside:
                 raise ValueError(f"no increment from {first} to {last} has fields")
-            chosen.update(found if first != last else [stored_step(result, first)])
+            found.update(inside if first != last else [stored_step(result, first)])
     except ValueError as error:
         raise CaseError(str(error), (), result.path) from error
-    return sorted(chosen)
+    return sorted(found)
 
 
 @dataclass(frozen=True)
@@ -238,6 +251,7 @@ class FatigueOptions(FileOptions):
     material: str
     criteria: Sequence[str]
     average: str | None
+    cycle: str
 
 
 def fatigue_of_result(options: FatigueOptions) -> int:
@@ -248,6 +262,7 @@ def fatigue_of_result(options: FatigueOptions) -> int:
         _average(options.average),
         options.body_numbers,
         window=options.window_choice,
+        cycles=cycle_choice(options.cycle),
     )
     out = options.out
     order = options.order(fatigue_path(out), "fatigue parameters", "the stresses or the result", SMALLER)
@@ -257,7 +272,7 @@ def fatigue_of_result(options: FatigueOptions) -> int:
                 raise CaseError(
                     "--window has no effect on a file of stresses, which has its cells; leave it out", (), out
                 )
-            _write(cycles_of(found, out, out, request), out, order)
+            _write(stress_cycles(found, out, out, request), out, order)
             return 0
     make_folder(order.target.parent)
     with open_result(out) as result:
@@ -272,7 +287,7 @@ def write_fatigue_with_messages(tractions: TractionHistory, request: FatigueRequ
         compute_with_messages(tractions, needed, replace(order, target=stresses, exclusive=True))
         with opened_computed(stresses) as file:
             out = tractions.result.path
-            _write(cycles_of(file, stresses, out, request), out, order)
+            _write(stress_cycles(file, stresses, out, request), out, order)
 
 
 def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
@@ -298,7 +313,7 @@ def worst_lines(
     for number, cycle in cycles.items():
         mean = f", {average.kind} average over {average.length:g} mm" if average is not None else ""
         depths = f"{len(cycle.depths)} depth{'s' if len(cycle.depths) != 1 else ''}"
-        yield f"body {number}, {depths}, {len(cycle.chosen)} states{mean}:"
+        yield f"body {number}, {depths}, {len(cycle.cycle.states)} states{mean}:"
         for name, found in worst[number].items():
             unit = f" {found.units}" if found.units != "1" else ""
             x, y, depth = found.place
@@ -319,7 +334,7 @@ def worst_lines(
 
 def _criteria(texts: Sequence[str]) -> tuple[str, ...]:
     """Return the names of criteria, each once. Raises CaseError."""
-    names = [name.strip() for text in texts for name in text.split(",")]
+    names = [name.strip().replace("_", "-") for text in texts for name in text.split(",")]
     message = "{!r} is not a criterion; {}"
     wrong = [
         CaseError(message.format(name, nearest(name, CRITERIA)), (), "--criterion")

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.keys.output_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.post.fatigue.critical_plane import search
 from fretsolve.post.fatigue.planes import Combine, PlaneCriterion, in_plane_axes, smallest_ball, traction_rows
 from fretsolve.system.arrays import BoolArray, DoubleArray

@@ -16,7 +16,7 @@ from fretsolve.case.models import Case
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.post.fatigue.critical_plane import SCAN_STEP
 from fretsolve.post.fatigue.request import case_request, stresses_of_cycle
-from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, cycles_of, opening_of, stresses_beside
+from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, opening_of, stress_cycles, stresses_beside
 from fretsolve.post.names import WORST_NAMES, dataset_name, fatigue_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
 from fretsolve.post.stress.request import is_outermost
@@ -103,7 +103,7 @@ def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
     with writing(target), stresses_beside(target) as stresses:
         write_stress(tractions, stresses_of_cycle(tractions, request), stresses, threads)
         with opened_computed(stresses) as file:
-            write_fatigue(cycles_of(file, stresses, result.path, request), target)
+            write_fatigue(stress_cycles(file, stresses, result.path, request), target)
     return target
 
 
@@ -129,7 +129,7 @@ def _describe_worst(group: Any, worst: Mapping[str, Worst]) -> dict[str, Any]:
 def _create_body(file: Any, number: int, cycle: StressCycle) -> tuple[Any, list[Any]]:
     group = file.create_group(f"fatigue/body_{number}")
     body = cycle.body
-    group.attrs["steps"] = np.asarray(body.steps)[list(cycle.chosen)]
+    group.attrs["steps"] = np.asarray(body.steps)[list(cycle.cycle.states)]
     axes = (DEPTH, cycle.depths), (X, body.x), (Y, body.y), (COMPONENT, np.arange(3))
     return group, [create_column(group, quantity, values) for quantity, values in axes]
 

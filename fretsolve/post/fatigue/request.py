@@ -7,21 +7,24 @@ L/2 (point), over depths from 0 to 2 L (line), or over a cube of side L below th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import correlate1d
 
-from fretsolve.case.keys.output_spec import AverageKind, Material
-from fretsolve.case.loading import CaseText, read_case, validated
+from fretsolve.case.keys.output_spec import AverageKind
 from fretsolve.case.models import Case
-from fretsolve.case.source import CaseSource, parse
-from fretsolve.errors import CaseError, KeyPath
-from fretsolve.post.fatigue.criteria import require_constants
+from fretsolve.errors import CaseError
+from fretsolve.post.fatigue.material import MaterialSource, placed
+from fretsolve.post.stress.cycles import (
+    CycleChoice,
+    LoadCycle,
+    chosen,
+    cycles_of,
+    load_cycles,
+    require_states,
+    states_of,
+)
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.request import (
     StressRequest,
@@ -31,7 +34,7 @@ from fretsolve.post.stress.request import (
     room_problem,
     stress_request,
 )
-from fretsolve.post.stress.tractions import TractionHistory, cycle_ends, cycle_stages, last_cycle
+from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.system.arrays import DoubleArray
 
@@ -131,46 +134,13 @@ AVERAGE_DEPTHS = 17
 KEY = ("output", "fatigue")
 
 
-ON_COMMAND_LINE = Path("--material")
-
-
-@dataclass(frozen=True)
-class KeysSource(CaseSource):
-    """The origin of keys on the command line, which have no lines."""
-
-    def locate(self, key: KeyPath) -> None:
-        """Return None."""
-
-
-@dataclass(frozen=True)
-class MaterialSource:
-    """A material, and where each of its constants was given; key: of the material in its source."""
-
-    material: Material
-    source: CaseSource
-    key: KeyPath = ()
-
-    def with_elastic_constants(self, body: dict[str, Any]) -> MaterialSource:
-        """Return the material with the elastic constants of a body of an effective case, unless it has its own."""
-        names = "young_modulus", "poisson_ratio"
-        lacking = {name: float(body[name]) for name in names if getattr(self.material, name) is None and name in body}
-        return replace(self, material=self.material.model_copy(update=lacking))
-
-    def require(self, criteria: tuple[str, ...]) -> None:
-        """Raise CaseError, with its place, for a constant that a criterion lacks or cannot use."""
-        try:
-            require_constants(criteria, self.material)
-        except CaseError as error:
-            raise self.source.problem(error.message, (*self.key, *error.key)) from None
-
-
 @dataclass(frozen=True)
 class FatigueRequest:
     """Fatigue parameters to compute.
 
     criteria: their names; average: of the stresses, None for none. bodies: none for the bodies in a file of stresses,
     or for body 2 of a result, or 1 if that is rigid; depths (mm): none for graded ones. window: the cells of a result,
-    as in `stress_request`.
+    as in `stress_request`; cycles: that count.
     """
 
     material: MaterialSource
@@ -179,6 +149,7 @@ class FatigueRequest:
     bodies: tuple[Body, ...] = ()
     depths: tuple[float, ...] = ()
     window: WindowChoice = "auto"
+    cycles: CycleChoice = "last"
 
     def stress_depths(self, least: float) -> tuple[float, ...]:
         """Return the depths at which stresses are computed; least: the first depth below the surface (mm)."""
@@ -191,27 +162,6 @@ class FatigueRequest:
         return tuple(depth for depth in graded if depth in (first, last) or depth >= least)
 
 
-def read_material(text: str) -> MaterialSource:
-    """Return the material in a YAML file, or in keys such as ``tension_limit=300 MPa,torsion_limit=190 MPa``.
-
-    Raises CaseError, FileError.
-    """
-    found = _from_keys(text) if "=" in text else read_case(text, pipe=True)
-    found.require_mapping(list(Material.model_fields))
-    return MaterialSource(validated(Material, found.data, found.source, found.problems), found.source)
-
-
-def _from_keys(text: str) -> CaseText:
-    pairs = [pair.partition("=") for pair in text.split(",")]
-    wrong = next((key for key, equals, value in pairs if not (key.strip() and equals and value.strip())), None)
-    if wrong is not None:
-        raise CaseError(f"{text!r} is not a list KEY=VALUE,KEY=VALUE of constants", (), ON_COMMAND_LINE)
-    with placed(lambda message: CaseError(message, (), ON_COMMAND_LINE)):
-        parsed = parse("\n".join(f"{key.strip()}: {value.strip()}" for key, _, value in pairs))
-    problems = [CaseError(flaw.message, flaw.key, ON_COMMAND_LINE) for flaw in parsed.flaws]
-    return CaseText(parsed.value, KeysSource(ON_COMMAND_LINE, text, parsed.place), tuple(problems))
-
-
 def case_request(case: Case) -> FatigueRequest:
     """Return what a case with `output.fatigue` asks for."""
     spec = case.output.fatigue
@@ -222,6 +172,7 @@ def case_request(case: Case) -> FatigueRequest:
         None if spec.average is None else Average(spec.average.kind, spec.average.length),
         spec.bodies,
         spec.depths,
+        cycles=spec.chosen,
     )
 
 
@@ -239,11 +190,12 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
     if request.average is not None:
         with placed(lambda message: case.source.problem(message, (*KEY, "average"))):
             request.average.require_length((grid.dx, grid.dx if setup.model.line else grid.dy))
-    stored, ends = _cycle(setup)
-    states = len(stored)
+    with placed(lambda message: case.source.problem(message, (*KEY, "cycle"))):
+        stored, cycles = _cycles(setup, request.cycles)
     with placed(lambda message: case.source.problem(message, ("output", "every"))):
-        require_states(states)
-        require_reversals(ends, stored)
+        for cycle in cycles:
+            require_states(cycle, stored)
+    states = len(states_of(cycles, stored))
     depths = request.stress_depths(0.5 * max(grid.dx, grid.dy))
     problem = room_problem(request_before(request.bodies, depths, states, grid.shape), free_disk, SMALLER)
     if problem is not None:
@@ -251,20 +203,19 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
 
 
 def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> StressRequest:
-    """Return the stresses of the last cycle that a request takes.
+    """Return the stresses of the chosen cycles that a request takes.
 
     Raises CaseError, before anything is computed, also for what is wrong with material and average.
     """
     result = tractions.result
-    advice = "`fretsolve stress --step` writes stresses of chosen increments, which `fretsolve fatigue` takes too"
-    with placed(lambda message: CaseError(f"{message}; {advice}", (), result.path)):
-        steps = last_cycle(result)
     with placed(lambda message: CaseError(message, (), result.path)):
-        require_states(len(steps))
-        require_reversals(cycle_ends(result), result.steps)
+        cycles = chosen(cycles_of(result), request.cycles)
+        for cycle in cycles:
+            require_states(cycle, result.steps)
         if request.average is not None:
             request.average.require_length((tractions.grid.dx, tractions.grid.dy))
     depths = request.stress_depths(least_depth(tractions))
+    steps = states_of(cycles, result.steps)
     found = stress_request(tractions, steps, request.bodies, depths, window=request.window)
     for body in found.bodies:
         elastic = result.effective_case["bodies"][body - 1]
@@ -272,36 +223,9 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     return found
 
 
-@contextmanager
-def placed(with_place: Callable[[str], CaseError]) -> Iterator[None]:
-    """Raise the errors of the block with a place; with_place: from a message to the error."""
-    try:
-        yield
-    except CaseError as error:
-        raise with_place(error.message) from None
-
-
-def require_states(count: int) -> None:
-    """Raise CaseError if a cycle has too few states."""
-    if count < 3:
-        raise CaseError(f"the cycle has {count} stored states; 3 or more are needed (output.every)")
-
-
-def require_reversals(ends: Sequence[int], stored: Container[int]) -> None:
-    """Raise CaseError if fields are not stored at the ends of a cycle's stages, where loads turn."""
-    missing = [str(step) for step in ends if step not in stored]
-    if missing:
-        noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"
-        raise CaseError(f"output.every leaves out {noun}, where a stage of the cycle begins or ends; 1 is needed")
-
-
-def _cycle(setup: ProblemSetup) -> tuple[list[int], list[int]]:
-    """Return the stored increments of the last cycle, with the increment before the cycle, and its stages' ends."""
+def _cycles(setup: ProblemSetup, choice: CycleChoice) -> tuple[list[int], tuple[LoadCycle, ...]]:
+    """Return the increments with fields of the load path of a case, and the chosen cycles. Raises CaseError."""
     path, every = setup.load_path, setup.case.output.every
-    stages = cycle_stages(setup.case, len(path.last_steps))
-    assert stages is not None  # the case has been checked
-    first, last = stages
-    ends = [path.last_steps[stage - 1] for stage in range(max(first, 1), last + 1)]
-    begin = ends[0] if first else 0
-    stored = [step for step in range(begin, ends[-1] + 1) if (step + 1) % every == 0 or step == path.increments - 1]
-    return stored, ends
+    stored = [step for step in range(path.increments) if (step + 1) % every == 0 or step == path.increments - 1]
+    counts = np.diff([-1, *path.last_steps])
+    return stored, chosen(load_cycles(path.stages, np.repeat(np.arange(1, len(counts) + 1), counts)), choice)

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.keys.output_spec import Material
-from fretsolve.case.loading import stored_case
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.request import Average, FatigueRequest, depth_weights, placed, require_states
+from fretsolve.post.fatigue.material import placed
+from fretsolve.post.fatigue.request import Average, FatigueRequest, depth_weights
 from fretsolve.post.stress.computed_file import ComputedFile, not_of_kind
+from fretsolve.post.stress.cycles import LoadCycle, chosen, cycles_from_text, require_states
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress, bodies_of
-from fretsolve.post.stress.tractions import cycle_stages
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.atomic_files import working_folder
 
@@ -29,14 +29,11 @@ CLOSED_WITHIN = 0.01
 
 @dataclass(frozen=True, eq=False)
 class StressCycle:
-    """The stresses of a body over one cycle; path: their file.
-
-    chosen: positions in the file of the state with which the cycle begins and of the cycle's increments.
-    """
+    """The stresses of a body over one cycle; path: their file. The states of the cycle are places in the file."""
 
     path: Path
     body: BodyStress
-    chosen: tuple[int, ...]
+    cycle: LoadCycle
     average: Average | None = None
 
     def __post_init__(self) -> None:
@@ -44,7 +41,7 @@ class StressCycle:
         with placed(lambda message: CaseError(message, (), self.path)):
             if missing:
                 raise CaseError(f"the file lacks the components {', '.join(missing)}, all six are needed")
-            require_states(len(self.chosen))
+            require_states(self.cycle, range(len(self.body.steps)))
             if self.average is not None:
                 self.average.require_resolved(self.body.depths, self.cell)
 
@@ -68,13 +65,13 @@ class StressCycle:
         """Yield the stresses (steps, 6, points) of each of `depths`."""
         if self.average is not None:
             weights = depth_weights(self.body.depths, *self.average.depth_range)
-            whole = (self.body.stress(index).astype(np.float64) for index in self.chosen)
+            whole = (self.body.stress(index).astype(np.float64) for index in self.cycle.states)
             means = [self.average.of(stress, weights, self.cell) for stress in whole]
-            yield np.stack(means).reshape(len(self.chosen), 6, -1)
+            yield np.stack(means).reshape(len(self.cycle.states), 6, -1)
             return
         for depth in range(len(self.depths)):
-            layer = [self.body.layer(COMPONENTS, index, depth) for index in self.chosen]
-            yield np.array(layer, np.float64).reshape(len(self.chosen), 6, -1)
+            layer = [self.body.layer(COMPONENTS, index, depth) for index in self.cycle.states]
+            yield np.array(layer, np.float64).reshape(len(self.cycle.states), 6, -1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +96,7 @@ def stresses_beside(target: Path) -> Iterator[Path]:
         yield folder / "stress.h5"
 
 
-def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> FatigueCycles:
+def stress_cycles(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> FatigueCycles:
     """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
 
     Raises CaseError, FileError.
@@ -115,7 +112,9 @@ def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: 
         if not request.bodies or number in request.bodies:
             own = request.material.with_elastic_constants(elastic_body(attributes, number))
             own.require(request.criteria)
-            cycles[number] = StressCycle(origin, body, cycle_of(body, attributes), request.average)
+            with placed(lambda message: CaseError(message, (), origin)):
+                (cycle,) = chosen(cycles_from_text(attributes["cycles"]), request.cycles)
+            cycles[number] = StressCycle(origin, body, cycle, request.average)
             materials[number] = own.material
     average = request.average
     texts = {
@@ -124,24 +123,6 @@ def cycles_of(file: ComputedFile | None, stresses: Path, origin: Path, request: 
     }
     texts |= {name: str(attributes[name]) for name in ("title", "result", "effective_case") if name in attributes}
     return FatigueCycles(request, cycles, materials, texts)
-
-
-def cycle_of(body: BodyStress, attributes: Any) -> tuple[int, ...]:
-    """Return the positions of the last cycle in a file of stresses: of its beginning, then of its increments.
-
-    It begins with the state before it, or with its end where wear has changed the surfaces before it: cells that have
-    come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins again. All
-    increments of the file if its load path has no `cycle`. attributes: of the file.
-    """
-    everything, case = tuple(range(len(body.steps))), stored_case(_effective(attributes))
-    found = cycle_stages(case, int(body.stages.max(initial=0)))
-    if case is None or found is None:
-        return everything
-    inside = [index for index in everything if found[0] < body.stages[index] <= found[1]]
-    before = [index for index in everything if body.stages[index] <= found[0]]
-    if before and case.wear is not None and case.stages()[found[0] - 1].wears is not None:
-        before = inside
-    return (*before[-1:], *inside)
 
 
 def elastic_body(attributes: Any, number: int) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from fretsolve import __version__
 from fretsolve.case.keys.output_spec import StressSpec
 from fretsolve.post.names import PEAK_NAMES, stress_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
+from fretsolve.post.stress.cycles import cycles_as_text, cycles_of, within
 from fretsolve.post.stress.influence import COMPONENTS, Body, Component
 from fretsolve.post.stress.invariants import MEANINGS
 from fretsolve.post.stress.peaks import Key, Peak, PeakSearch
@@ -63,6 +64,7 @@ def write_stress(
         result = tractions.result
         names = "title", "case_yaml", "effective_case"
         attributes = {"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name}
+        attributes["cycles"] = cycles_as_text(within(cycles_of(result), request.steps))
         attributes |= {name: result.attributes[name] for name in names if name in result.attributes}
         datasets = {body: _create_body(file, tractions, request, body) for body in request.bodies}
         for layer in layers(tractions, request, threads):

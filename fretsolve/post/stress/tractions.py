@@ -1,4 +1,4 @@
-"""Tractions, bulk stresses, elastic bodies and cycles of a result, as the stress below its surface needs them."""
+"""Tractions, bulk stresses and elastic bodies of a result, as the stress below its surface needs them."""
 
 from __future__ import annotations
 
@@ -9,15 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from fretsolve.case.history import BULK
-from fretsolve.case.keys.load_path_spec import AmplitudeCycle, CycleSpec
-from fretsolve.case.keys.unrolled_path import stage_count
-from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.post.stress.influence import TRACTIONS, Body, Traction
 from fretsolve.post.stress.layers import Window
 from fretsolve.problem.model.grid import Grid
 from fretsolve.result import Result
-from fretsolve.result.state import stage_ends
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
 BODIES: tuple[Body, Body] = (1, 2)
@@ -121,55 +117,3 @@ def bounding_window(cells: BoolArray) -> Window:
         middle = cells.shape[axis] // 2
         slices.append(slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(middle, middle + 1))
     return slices[0], slices[1]
-
-
-def cycle_stages(case: Case | None, reached: int) -> tuple[int, int] | None:
-    """Return the stages, from after the first to the second one, of the last whole `cycle` up to stage `reached`.
-
-    None if there is none.
-    """
-    found: tuple[int, int] | None = None
-    before = 0
-    for step in case.load_path if case is not None else ():
-        count = stage_count((step,))
-        if isinstance(step, CycleSpec):
-            first = int(isinstance(step.cycle, AmplitudeCycle))  # the way to the first end
-            length, worn = (count - first) // step.cycle.most, 0
-            if step.cycle.jumps is not None:  # the surfaces change in a stage after each repetition
-                length, worn = (2 if isinstance(step.cycle, AmplitudeCycle) else stage_count(step.cycle.stages)) + 1, 1
-            whole = min((count - first) // length, (reached - before - first + worn) // length)
-            if whole > 0:
-                found = before + first + (whole - 1) * length, before + first + whole * length - worn
-        before += count
-    return found
-
-
-def last_cycle(result: Result) -> tuple[int, ...]:
-    """Return the increments with fields of the last `cycle` that the result holds whole, and the increment before.
-
-    Raises CaseError if there is none.
-    """
-    first, last = _cycle_of(result)
-    stage = result.history["stage"]
-    inside = (stage > first) & (stage <= last)
-    before = int(inside.argmax()) - 1
-    return tuple(step for step in result.steps if inside[step] or step == before)
-
-
-def cycle_ends(result: Result) -> tuple[int, ...]:
-    """Return the increments at which the stages of the last cycle begin and end. Raises CaseError if there is none."""
-    first, last = _cycle_of(result)
-    stages = result.history["stage"]
-    ends = {int(stages[end]): int(end) for end in stage_ends(stages)}  # cycles that end by themselves leave stages out
-    return tuple(ends[stage] for stage in range(max(first, 1), last + 1) if stage in ends)
-
-
-def _cycle_of(result: Result) -> tuple[int, int]:
-    """Return the stages of the last cycle that the result holds whole, from after the first to the second one."""
-    reached = int(result.history["stage"][-1]) if result.increments else 0
-    if result.status != "complete":
-        reached -= 1  # the last stage may not have ended
-    found = cycle_stages(result.case, reached)
-    if found is None:
-        raise CaseError("the load path has no cycle that the result holds", (), result.path)
-    return found

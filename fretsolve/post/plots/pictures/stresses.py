@@ -27,10 +27,11 @@ from fretsolve.post.plots.load_history import step_text
 from fretsolve.post.plots.pictures.maps import set_x_ticks
 from fretsolve.post.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
 from fretsolve.post.stress.computed_file import opened_computed
+from fretsolve.post.stress.cycles import chosen, cycles_of, states_of
 from fretsolve.post.stress.influence import COMPONENTS, Body, point_influence
 from fretsolve.post.stress.invariants import invariant, largest
 from fretsolve.post.stress.request import StressRequest, WindowChoice, cell_centres, layers, stress_request
-from fretsolve.post.stress.tractions import TractionHistory, last_cycle
+from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.result import Result
 from fretsolve.system.arrays import DoubleArray
 
@@ -105,9 +106,10 @@ def stress_cycle(
     """
     chosen_step(result, None)
     try:
-        steps, over = last_cycle(result), "the last cycle"
-    except CaseError:
-        steps, over = result.steps, "all increments with fields"
+        cycles = chosen(cycles_of(result), "last")
+    except CaseError as error:
+        raise PictureError(error.message) from error
+    steps, over = states_of(cycles, result.steps), cycles[0].title
     tractions, request = _request(result, steps, body, "all")
     body = request.bodies[0]
     i, j = _cell(tractions, at) if at is not None else _largest_tension(tractions, request)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from fretsolve.case.keys.output_spec import Material
+from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.criteria import (
     LONGEST,
