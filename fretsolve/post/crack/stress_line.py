@@ -83,7 +83,7 @@ class StressLine:
         shape = 1 + len(SHIFTS), len(self.steps), len(weights)
         total = np.zeros((len(components), *shape))
         for (one, traction), values in sums.items():
-            found = self.differences[traction].reshape(-1, len(self.x)) @ values.T
+            found = self.differences[traction].reshape(shape[0] * shape[1], len(self.x)) @ values.T
             total[components.index(one)] += found.reshape(shape)
         return np.asarray(total + bulk)
 
