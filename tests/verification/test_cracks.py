@@ -183,3 +183,28 @@ def test_short_cracks_stop_and_long_ones_do_not():
     short, long = threshold(np.array([1e-5, 1e5]))
     assert long == pytest.approx(2.1, rel=1e-4)
     assert short == pytest.approx(248.0 * math.sqrt(math.pi * 1e-8), rel=1e-3)
+
+
+SPHERE = """\
+bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, {young_modulus: 200 GPa, poisson_ratio: 0.3}]
+surface: {sphere: {radius: 10 mm}}
+grid: {points: {points}, size: 0.5 mm}
+friction: 0.5
+load_path: [{P: 100 N}, {Qx: 40 N, increments: 2}, {Qx: -40 N, increments: 2}]
+"""
+
+
+@pytest.mark.slow
+def test_error_bars_hold_below_a_sphere(tmp_path):
+    """At the edge of a sphere's contact on its middle row, against a grid six times finer."""
+    found = []
+    for points in (25, 28, 33, 40, 161):
+        (tmp_path / "s.yaml").write_text(SPHERE.replace("{points}", str(points)))
+        with open_result(result_of(tmp_path / "s.yaml", "--overwrite")) as result:
+            found.append(crack_of(TractionHistory(result), CrackRequest(read_material("threshold_range=2 MPa m^0.5"))))
+    *coarse, fine = found
+    chosen = fine.lengths < 0.5 * fine.half_width  # longer cracks close
+    state = int(fine.K[0, :, 0].argmax())
+    for one in coarse:
+        K, bar = (np.interp(fine.lengths, one.lengths, values[0, state]) for values in (one.K, one.K_error))
+        assert (np.abs(K - fine.K[0, state])[chosen] < bar[chosen]).all()

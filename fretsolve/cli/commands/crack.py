@@ -222,8 +222,8 @@ def _life_lines(crack: Crack) -> Iterator[str]:
         return
     assert crack.initiation is not None
     bounds = [one.life for one in (crack.shortest, crack.longest)]
-    between = " to ".join("unknown" if one is None else _cycles(one) for one in bounds)
-    line = f"life {_cycles(growth.life)} (within the error bars {between})"
+    between = " to ".join("unknown" if one is None else _count(one) for one in bounds)
+    line = f"life {_cycles(growth.life)} (by the error bars {between})"
     if growth.first is not None:
         first = int(np.flatnonzero(crack.lengths == growth.first)[0])
         begins, grows = float(crack.initiation[first]), float(growth.propagation[first])
@@ -243,4 +243,8 @@ def _cycle_line(crack: Crack, cycle: LoadCycle, ranges: DoubleArray, growth: Gro
 
 
 def _cycles(count: float) -> str:
-    return "endless" if math.isinf(count) else f"{count:.4g} cycles"
+    return _count(count) + ("" if math.isinf(count) else " cycles")
+
+
+def _count(cycles: float) -> str:
+    return "endless" if math.isinf(cycles) else f"{cycles:.4g}"
