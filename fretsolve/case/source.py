@@ -289,7 +289,7 @@ class _Builder:
             if name[:1].isdigit() and value_node.tag == _TAG + "null":  # as in {P: 400,5 N}
                 needed = "the decimal separator is a point, and thousands have none"
                 self._refused(key, line, f"the key {shown(name)} is not a name; {needed}")
-            elif not isinstance(key_node, yaml.ScalarNode) or key_node.tag != _TAG + "str":
+            elif not isinstance(key_node, yaml.ScalarNode) or key_node.tag not in (_TAG + "str", _TAG + "int"):
                 self._refused(key, line, f"the key {shown(name)} is not a name; keys are text")
             elif name in items:
                 message = f"duplicate key {shown(name)}, given first on line {lines[name]}; keep one of the two"
