@@ -223,7 +223,9 @@ def plot_sweep(
     for text in as_quantities:
         if text.partition("@")[0] not in ALL_NAMES:
             raise CaseError(f"--over {text}: neither a varied key ({', '.join(manifest.keys)}) nor a quantity")
-    wanted = dict.fromkeys((*map(plain, manifest.quantities), name, *as_quantities, *(["energy_ratio"] if of_condition else [])))
+    wanted = dict.fromkeys(
+        (*map(plain, manifest.quantities), name, *as_quantities, *(["energy_ratio"] if of_condition else []))
+    )
     table = collect(manifest, tuple(wanted))
     keys = plot.independent_keys(table)
     chosen = over or tuple(keys[: 2 if of_condition else 1])
