@@ -15,7 +15,7 @@ from pathlib import Path
 from fretsolve.case.loading import read_case
 from fretsolve.elastic.kernels import load
 from fretsolve.errors import EXIT_BUG, BusyError, CaseError, FretsolveError, NoSolutionError
-from fretsolve.post.names import fatigue_path, stress_path
+from fretsolve.post.names import crack_path, fatigue_path, stress_path
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
@@ -68,6 +68,7 @@ def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
     """Write the side outputs that the case asks for and that are missing. Raises CaseError, FileError."""
     if is_finished(case.out, case.beside):
         return
+    from fretsolve.post.crack.crack_file import write_case_crack
     from fretsolve.post.fatigue.fatigue_file import write_case_fatigue
     from fretsolve.post.stress.stress_file import write_case_stress
 
@@ -77,6 +78,8 @@ def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
             write_case_stress(result, output.stress, threads)
         if output.fatigue is not None and not fatigue_path(case.out).exists():
             write_case_fatigue(result, case.setup.case, threads)
+        if output.crack is not None and not crack_path(case.out).exists():
+            write_case_crack(result, case.setup.case, threads)
 
 
 def run_serially(

@@ -97,6 +97,10 @@ class BaseCase:
             from fretsolve.post.fatigue.request import require_fatigue
 
             require_fatigue(setup)
+        if setup.case.output.crack is not None:
+            from fretsolve.post.crack.request import require_crack
+
+            require_crack(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
             setup.separation()  # reads the height maps
         header = run_header(setup, self.threads, (*self.overrides, *own))

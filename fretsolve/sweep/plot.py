@@ -25,6 +25,7 @@ from fretsolve.post.plots.canvas import Canvas, Target, canvas, one_line
 from fretsolve.post.plots.labels import (
     MOST_INCREMENTS,
     MOST_NAMED,
+    UPWARDS,
     Mark,
     line_colors,
     marks,
@@ -46,9 +47,6 @@ CONDITIONS: dict[str, dict[str, Any]] = {
     "no solution": {"marker": "x", "color": "black"},
 }
 """Marker and colour of each running condition, in the order in which they follow each other under growing shear."""
-
-UPWARDS: dict[str, Any] = {"marker": r"$\uparrow$", "markersize": 8.0, "linestyle": "", "clip_on": False}
-"""Look of an arrow that stands for a value without a bound."""
 
 AMPLITUDES = {
     "delta": "displacement amplitude",
@@ -132,7 +130,7 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
     unit = readable(z.units, z.values)
     with _panel(ax, table, x, y) as (sheet, axes):
         grid = _on_grid(x, y, unit.factor * z.values)
-        look = {"cmap": line_colors(), "norm": LogNorm() if z.units == "cycles" else None}
+        look: dict[str, Any] = {"cmap": line_colors(), "norm": LogNorm() if z.units == "cycles" else None}
         if grid is not None:
             colors: Any = axes.pcolormesh(*grid, shading="nearest", **look)
         else:

@@ -48,6 +48,9 @@ MOST_INCREMENTS = 60
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
 
+UPWARDS: dict[str, Any] = {"marker": r"$\uparrow$", "markersize": 8.0, "linestyle": "", "clip_on": False}
+"""Look of an arrow that stands for a value without a bound."""
+
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
 _LETTERS = {"delta": r"\delta", "phi": r"\varphi", "actuator": "D", "actuator_phi": r"\Phi"}
