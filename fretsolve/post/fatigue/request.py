@@ -191,7 +191,7 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
         with placed(lambda message: case.source.problem(message, (*KEY, "average"))):
             request.average.require_length((grid.dx, grid.dx if setup.model.line else grid.dy))
     with placed(lambda message: case.source.problem(message, (*KEY, "cycle"))):
-        stored, cycles = _cycles(setup, request.cycles)
+        stored, cycles = cycles_before(setup, request.cycles)
     with placed(lambda message: case.source.problem(message, ("output", "every"))):
         for cycle in cycles:
             require_states(cycle, stored)
@@ -223,7 +223,7 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
     return found
 
 
-def _cycles(setup: ProblemSetup, choice: CycleChoice) -> tuple[list[int], tuple[LoadCycle, ...]]:
+def cycles_before(setup: ProblemSetup, choice: CycleChoice) -> tuple[list[int], tuple[LoadCycle, ...]]:
     """Return the increments with fields of the load path of a case, and the chosen cycles. Raises CaseError."""
     path, every = setup.load_path, setup.case.output.every
     stored = [step for step in range(path.increments) if (step + 1) % every == 0 or step == path.increments - 1]

@@ -1,4 +1,4 @@
-"""Files of what was computed from a result, stresses or fatigue parameters: a sealed header and a group per body."""
+"""Files of what was computed from a result, stresses, fatigue parameters or a crack: a sealed header and a group per body."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from fretsolve.result.part_reader import damage_reported
 from fretsolve.system.files import reported
 from fretsolve.system.hdf5_files import open_hdf5, own_node
 
-Kind = Literal["stress", "fatigue"]
+Kind = Literal["stress", "fatigue", "crack"]
 """The command that writes the file."""
 
-CONTENTS: dict[Kind, str] = {"stress": "stresses", "fatigue": "fatigue parameters"}
+CONTENTS: dict[Kind, str] = {"stress": "stresses", "fatigue": "fatigue parameters", "crack": "a crack"}
 
 DEPTH = Quantity("depth", "mm", "distance from the surface into the body")
 
@@ -57,7 +57,7 @@ def not_of_kind(kind: Kind, path: Path) -> FileError:
 
 @contextmanager
 def opened_computed(path: Path) -> Iterator[ComputedFile | None]:
-    """Open a file of stresses or fatigue parameters; None for a result, or what is not HDF5 at all.
+    """Open a file that was computed from a result; None for a result itself, or what is not HDF5 at all.
 
     Attributes come from the header, which has a checksum. Raises FileError if the header is damaged or missing.
     """

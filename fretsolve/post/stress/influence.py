@@ -51,17 +51,19 @@ Potential = Literal["Vz", "Lxx", "Lxy", "Vx", "Vy", "Vxx", "Vyy", "Vxy", "Vxz", 
 Strip = Literal["angle", "ratio", "share_x", "log_x"]
 """Functions of a strip without end along y, see `strip`."""
 
-Corner = Callable[[DoubleArray, DoubleArray, DoubleArray, float], DoubleArray]
+Depth = float | DoubleArray
+
+Corner = Callable[[DoubleArray, DoubleArray, DoubleArray, Depth], DoubleArray]
 """Antiderivative at a corner: of X, Y, its distance r and the depth z."""
 
 
-def _log_sum(X: DoubleArray, Y: DoubleArray, r: DoubleArray, z: float) -> DoubleArray:
+def _log_sum(X: DoubleArray, Y: DoubleArray, r: DoubleArray, z: Depth) -> DoubleArray:
     """Return ln(Y + r), without cancellation where Y < 0."""
     far = np.log(np.abs(Y) + r)
     return np.where(Y >= 0.0, far, np.log(X * X + z * z) - far)
 
 
-def _over_sum(X: DoubleArray, Y: DoubleArray, r: DoubleArray, z: float) -> DoubleArray:
+def _over_sum(X: DoubleArray, Y: DoubleArray, r: DoubleArray, z: Depth) -> DoubleArray:
     """Return 1/(r (r + Y)), without cancellation where Y < 0."""
     far = r + np.abs(Y)
     return np.where(Y >= 0.0, 1.0 / far, far / (X * X + z * z)) / r
@@ -96,15 +98,25 @@ def strip(name: Strip, x: DoubleArray, z: float, dx: float) -> DoubleArray:
     (Johnson 1985, section 2.5). Those whose name ends in x are odd. At z = 0 no offset may lie on an edge.
     """
     X = np.append(x - 0.5 * dx, x[-1] + 0.5 * dx)
-    squared = X * X + z * z
-    values = {
-        "angle": lambda: np.arctan2(X, z),
-        "ratio": lambda: X * z / squared,
-        "share_x": lambda: z * z / squared,
-        "log_x": lambda: np.log(squared),
-    }[name]()
-    differences: DoubleArray = np.diff(values)[:, None]
+    differences: DoubleArray = np.diff(strip_edge(name, X, z))[:, None]
     return differences
+
+
+def strip_edge(name: Strip, X: DoubleArray, z: Depth) -> DoubleArray:
+    """Return the value of a function of a strip that one of its edges gives, at the offsets X from the edge."""
+    if name == "angle":
+        return np.asarray(np.arctan2(X, z))
+    squared = X * X + z * z
+    if name == "log_x":
+        return np.asarray(np.log(squared))
+    return np.asarray((X if name == "ratio" else z) * z / squared)
+
+
+def corner(name: Potential, X: DoubleArray, Y: DoubleArray, r: DoubleArray, z: Depth) -> DoubleArray:
+    """Return the antiderivative of a derivative at offsets X, Y from a corner, with the distance r from it."""
+    if name in _EXCHANGED:
+        return _CORNERS[_EXCHANGED[name]](Y, X, r, z)
+    return _CORNERS[name](X, Y, r, z)
 
 
 def potential(name: Potential, x: DoubleArray, y: DoubleArray, z: float, dx: float, dy: float) -> DoubleArray:

@@ -1,0 +1,92 @@
+"""Say which crack to look at, and check before a run that its result will allow it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from fretsolve.case.keys.output_spec import LifeCriterion
+from fretsolve.case.models import Case
+from fretsolve.errors import CaseError
+from fretsolve.post.crack.place import Place, require_finite, require_inside, require_round
+from fretsolve.post.fatigue.material import MaterialSource, placed
+from fretsolve.post.fatigue.request import cycles_before
+from fretsolve.post.stress.cycles import CycleChoice, require_states
+from fretsolve.post.stress.influence import Body
+from fretsolve.problem.setup.problem import ProblemSetup
+
+KEY = ("output", "crack")
+
+CURVES: dict[LifeCriterion, str] = {"swt": "strain_life", "fatemi-socie": "shear_strain_life"}
+"""The key of the life curve of each criterion."""
+
+
+@dataclass(frozen=True)
+class CrackRequest:
+    """A crack to look at.
+
+    at: its x (mm), or how to find it; body: by default 2, or 1 if that is rigid; criterion: of the cycles to a crack,
+    by default one whose life curve the material has; final_length, thickness: in mm; cycles: that count. problem:
+    makes the error of a key from the key and a message.
+    """
+
+    material: MaterialSource
+    at: Literal["edge", "max"] | float = "edge"
+    body: Body | None = None
+    criterion: LifeCriterion | None = None
+    final_length: float | None = None
+    thickness: float | None = None
+    cycles: CycleChoice = "last"
+    problem: Callable[[str, str], CaseError] = lambda key, message: CaseError(message, (), f"--{key}")
+
+    @property
+    def life_criterion(self) -> LifeCriterion | None:
+        """The criterion of the cycles to a crack, None if the material has no life curve."""
+        curves = (name for name, key in CURVES.items() if getattr(self.material.material, key) is not None)
+        return self.criterion or next(curves, None)
+
+    def require_curve(self) -> LifeCriterion:
+        """Return the criterion. Raises CaseError for `at: max` if the material lacks its life curve."""
+        criterion = self.life_criterion
+        if criterion is None or getattr(self.material.material, CURVES[criterion]) is None:
+            needed = " or ".join(CURVES.values() if criterion is None else [CURVES[criterion]])
+            message = f"max is where a fatigue parameter is largest, which needs {needed} of the material; it has none"
+            raise self.problem("at", message)
+        return criterion
+
+
+def case_request(case: Case) -> CrackRequest:
+    """Return what a case with `output.crack` asks for."""
+    spec = case.output.crack
+    assert spec is not None
+    return CrackRequest(
+        MaterialSource(spec.material, case.source, (*KEY, "material")),
+        spec.at,
+        spec.body,
+        spec.criterion,
+        spec.final_length,
+        spec.thickness,
+        spec.chosen,
+        lambda key, message: case.source.problem(message, (*KEY, key.replace("-", "_"))),
+    )
+
+
+def require_crack(setup: ProblemSetup) -> None:
+    """Raise CaseError, before the run, if the crack that a case asks for could not be looked at after it."""
+    case, grid = setup.case, setup.grid
+    request, surfaces = case_request(case), case.effective()["surface"]
+    with placed(lambda message: request.problem("at", message)):
+        if request.at == "max":
+            request.require_curve()
+        elif request.at == "edge":
+            require_round(surfaces)
+        else:
+            require_inside(grid, request.at)
+            require_finite(surfaces, grid, Place(request.at, 0.0, ""))
+    key = "cycle" if isinstance(request.cycles, int | str) else "blocks"
+    with placed(lambda message: request.problem(key, message)):
+        stored, cycles = cycles_before(setup, request.cycles)
+    with placed(lambda message: case.source.problem(message, ("output", "every"))):
+        for cycle in cycles:
+            require_states(cycle, stored)
