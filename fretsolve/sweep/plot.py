@@ -137,7 +137,8 @@ def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None)
             colors = axes.scatter(x.values[finite], y.values[finite], c=unit.factor * z.values[finite], s=30.0, **look)
         unknown = ~(finite | endless)
         axes.plot(x.values[unknown], y.values[unknown], linestyle="", marker="x", color="black")
-        axes.plot(x.values[endless], y.values[endless], color="black", **UPWARDS)
+        if endless.any():
+            axes.plot(x.values[endless], y.values[endless], color="black", **UPWARDS)
         if finite.any():
             sheet.colorbar(axes, colors, _label(quantity, unit.text))
         sheet.legend(_endless_key(z), 1)

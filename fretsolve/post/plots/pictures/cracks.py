@@ -58,7 +58,8 @@ def _described(number: int, crack: BodyCrack) -> str:
     parts = [f"body {number}, crack at $x$ = {crack.x:.4g} mm"]
     if crack.verdict == "arrests":
         error = crack.values.get("arrest_length_error", np.nan)
-        bar, doubt = (f" ± {error:.1g}", "") if np.isfinite(error) else ("", ", but may go through" * np.isinf(error))
+        bar = f" ± {error:.1g}" if np.isfinite(error) else ""
+        doubt = ", but may go through" if np.isinf(error) else ""
         parts.append(f"arrests at $b$ = {crack.values['arrest_length']:.3g}{bar} mm{doubt}")
     elif crack.verdict is not None:
         parts.append(crack.verdict)
