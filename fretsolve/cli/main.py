@@ -173,8 +173,8 @@ def check(**options: Any) -> int:
     "quantities",
     "NAME[@STAGE]",
     "A quantity to compare, at the end of a stage; without one at the ends of all stages, of a repeated cycle those of"
-    " its last repetition; swt_life, crack_life and the like have one value. By default: the responses to the load path,"
-    " and what the case expects.",
+    " its last repetition; swt_life, crack_life and the like have one value. By default: the responses to the load"
+    " path, and what the case expects.",
 )
 @click.option(
     "--truth",

@@ -55,7 +55,8 @@ def crack_figure(bodies: Mapping[int, BodyCrack], title: str, ax: Target = None)
 
 def _described(number: int, crack: BodyCrack) -> str:
     """Return the place of a crack, its verdict and the length at which its life ends, in words."""
-    parts = [f"body {number}, crack at $x$ = {crack.x:.4g} mm"]
+    row = f", $y$ = {crack.y:.4g} mm" if crack.y else ""
+    parts = [f"body {number}, crack at $x$ = {crack.x:.4g} mm{row}"]
     if crack.verdict == "arrests":
         error = crack.values.get("arrest_length_error", np.nan)
         bar = f" ± {error:.1g}" if np.isfinite(error) else ""
