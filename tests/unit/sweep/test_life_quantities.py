@@ -1,13 +1,15 @@
 """Lives, fatigue parameters and cracks as quantities of sweeps: names, values from files beside results, tables."""
 
+import csv
 import math
 
 import h5py
 import numpy as np
 import pytest
-from command_line import result_of
+from command_line import invoke, refused, result_of
+from line_cases import LINE
 from small_cases import LOOP, write_case
-from sweeping import manifest_of
+from sweeping import manifest_of, write_sweep
 from test_sweep_plots import LOAD, table_of
 
 from fretsolve.errors import CaseError
@@ -104,3 +106,40 @@ def test_a_table_names_quantities_as_they_stand_in_files(tmp_path):
         "delta_z",
         "fatemi_socie_life",
     ]
+
+
+CRACK = """\
+output: {crack: {material: {threshold_range: 2.1 MPa m^0.5, fatigue_range: 248 MPa}}}
+"""
+
+
+def test_a_crack_needs_its_key_in_the_case(tmp_path):
+    text = "case: case.yaml\naxes: [friction: [0.3, 0.4]]\nquantities: [crack-life]\n"
+    file = write_sweep(tmp_path, text, LINE)
+    message = "crack_life is known from runs with output.crack alone; output.crack in the case is needed"
+    assert message in refused(2, "sweep", "run", file)
+
+
+@pytest.mark.slow
+def test_a_sweep_collects_where_cracks_stop_and_what_is_not_known(tmp_path):
+    """A small force leaves no crack, a large bulk stress breaks the specimen; no material gives a life."""
+    path = LINE.partition("load_path")[0] + CRACK
+    path += "load_path: [{P: 100 N/mm}, {cycle: {amplitude: {Qx: 18 N/mm, bulk_2: {xx: 0 MPa}}, times: 2}}]\n"
+    key = "load_path.1.cycle.amplitude.bulk_2.xx"
+    text = f"case: case.yaml\naxes: [{key}: [0 MPa, 200 MPa]]\nquantities: [crack-arrest-length, crack_life]\n"
+    file = write_sweep(tmp_path, text, path)
+    assert invoke("sweep", "run", file, "-q", "-j", 1).exit_code == 0
+    folder = tmp_path / "sweep.sweep"
+    assert invoke("sweep", "collect", folder).exit_code == 0
+    with (folder / "table.csv").open() as table:
+        rows = list(csv.DictReader(table))
+    lengths = [row["crack_arrest_length (mm)"] for row in rows]
+    assert lengths == ["0", "inf"]
+    assert [row["crack_life (cycles)"] for row in rows] == ["", ""]
+    times = [path.stat().st_mtime_ns for path in sorted((folder / "results").glob("*.crack.h5"))]
+    assert len(times) == 2
+    next((folder / "results").glob("*.crack.h5")).unlink()
+    assert invoke("sweep", "run", file, "-q", "-j", 1).exit_code == 0
+    assert len(list((folder / "results").glob("*.crack.h5"))) == 2
+    assert invoke("sweep", "plot", folder, "--quantity", "crack-arrest-length").exit_code == 0
+    assert "no case has a value of crack_life" in refused(2, "sweep", "plot", folder, "--quantity", "crack_life")

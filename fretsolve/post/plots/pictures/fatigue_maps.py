@@ -99,7 +99,10 @@ def _key(panels: Sequence[Panel]) -> Iterator[Any]:
         yield Line2D([], [], color="white", linewidth=1.6, label="at the limit", path_effects=_outlined("black", 2.8))
     for part, meaning in WHITE.items():
         if part in parts:
-            yield Patch(facecolor="white", edgecolor="0.5", label=meaning)
+            if kinds == {"curve"}:
+                yield Line2D([], [], linestyle="", label=f"no line: {meaning}")
+            else:
+                yield Patch(facecolor="white", edgecolor="0.5", label=f"white: {meaning}")
 
 
 def _draw_curve(axes: Axes, panel: Panel) -> None:

@@ -30,7 +30,7 @@ FLATTEST = 0.5
 PARTS = {"utilisation": "{} over its limit", "life": "life by {}", "damage": "damage by {}"}
 """Endings of the datasets that may be drawn in place of a parameter, in words."""
 
-WHITE = {"life": "white: run-out", "damage": "white: no damage"}
+WHITE = {"life": "run-out", "damage": "no damage"}
 """Endings of datasets on a logarithmic scale, and the meaning of places without a colour."""
 
 
