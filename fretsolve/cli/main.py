@@ -443,6 +443,54 @@ def fatigue(threads: int, **options: Any) -> int:
 
 
 @main.command()
+@result_argument
+@click.option(
+    "--material",
+    metavar="FILE|KEYS",
+    help="The constants: a YAML file, or keys such as 'threshold_range=2.1 MPa m^0.5,fatigue_range=248 MPa'. Stress"
+    " intensity needs none.",
+)
+@click.option(
+    "--at",
+    metavar="edge|max|X",
+    default="edge",
+    show_default=True,
+    help="Where it begins: at the edge of contact with the larger tension, where the fatigue parameter on the surface"
+    " is largest, or at x.",
+)
+@click.option("--body", type=_BODY, help="The body, by default 2, or 1 if 2 is rigid.")
+@click.option(
+    "--criterion",
+    type=click.Choice(["swt", "fatemi-socie"]),
+    help="The parameter that gives the cycles to a crack, by default the one whose life curve the material has.",
+)
+@click.option("--final-length", metavar="L", help="Length at which life ends, by default where toughness is reached.")
+@click.option("--thickness", metavar="L", help="Thickness of the body: warn of cracks longer than a tenth of it.")
+@click.option(
+    "--cycle",
+    metavar="last|N|all",
+    help="The cycle that counts, by default the last, by its number in `fretsolve show`, or each one. A load path"
+    " without a cycle counts as one.",
+)
+@click.option("--blocks", type=FILE, metavar="FILE", help="A block of cycles: a CSV with the heading cycle,times.")
+@output_option("By default OUT with .crack.h5.", "FILE", "target")
+@overwrite_option("an existing file")
+@quiet_option
+def crack(**options: Any) -> int:
+    """Look at a crack from the surface, normal to it: does it stop, and how long does it take?
+
+    FILE gets stress intensities over increment and length, with their range over a cycle beside the threshold, and the
+    lives to a crack of each length and from there to the end. They are printed with error bars. What a constant of the
+    material is missing for is left out.
+    """
+    if options["cycle"] and options["blocks"]:
+        raise click.UsageError("--cycle and --blocks exclude each other.")
+    from fretsolve.cli.commands.crack import CrackOptions, crack_of_result
+
+    return crack_of_result(CrackOptions(**options))
+
+
+@main.command()
 @click.argument("kind", type=click.Choice(TEMPLATES))
 @output_option("By default KIND.yaml.", "CASE", "target")
 def new(kind: str, target: Path | None) -> int:

@@ -41,6 +41,13 @@ if TYPE_CHECKING:  # xarray is optional, and pydantic, which the case needs, tak
     from fretsolve.case.models import Case
     from fretsolve.result.cycles.table import CycleTable
 
+_COMPUTED = {
+    "stress": "stresses, not the result that they were",
+    "fatigue": "fatigue parameters, not the result that they were",
+    "crack": "a crack, not the result that it was",
+}
+"""Files beside a result, by the words of their format, and what is said of them."""
+
 CASE_ENDINGS = (".yaml", ".yml")
 
 READ_ATTEMPTS = 20
@@ -258,9 +265,9 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         if "header" not in file:
             raise FileError("an HDF5 file, but not a result of fretsolve: it has no header", out)
         attributes, content = read_sealed(file)
-        if str(attributes.get("format", "")).startswith(("fretsolve stress", "fretsolve fatigue")):
-            what = "stresses" if "stress" in str(attributes["format"]) else "fatigue parameters"
-            raise FileError(f"a file of {what}, not the result that they were computed from", out)
+        for kind, of in _COMPUTED.items():
+            if str(attributes.get("format", "")).startswith(f"fretsolve {kind} "):
+                raise FileError(f"a file of {of} computed from", out)
         _require_known_format(out, attributes["format_version"], attributes["fretsolve_version"])
         return attributes, content
 

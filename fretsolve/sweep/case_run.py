@@ -79,7 +79,7 @@ def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
         if output.fatigue is not None and not fatigue_path(case.out).exists():
             write_case_fatigue(result, case.setup.case, threads)
         if output.crack is not None and not crack_path(case.out).exists():
-            write_case_crack(result, case.setup.case, threads)
+            write_case_crack(result, case.setup.case)
 
 
 def run_serially(

@@ -41,7 +41,7 @@ CaseId = Annotated[str, Field(pattern=r"^[0-9a-f]{16}$")]
 """The digest of a case, which names its files."""
 
 SideOutput = Literal["stress", "fatigue", "crack"]
-"""What a case may ask for beside its result NAME.h5, in a file such as NAME.stress.h5."""
+"""What a case may ask for beside its result NAME.h5, in the file NAME.stress.h5, NAME.fatigue.h5 or NAME.crack.h5."""
 
 Status = Literal["complete", "no solution", "running", "stopped", "error", "waiting"]
 """complete, no solution: there is a result; stopped: some increments are saved; error: it ended without a result."""

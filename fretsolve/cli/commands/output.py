@@ -161,6 +161,8 @@ def _export_volumes(
     computed: ComputedFile, out: Path, file_format: str, target: Path | None, steps: Sequence[int], *, overwrite: bool
 ) -> int:
     """Write an open file of stresses or fatigue parameters as volumes, and print the name. Return the exit code."""
+    if computed.kind == "crack":
+        raise CaseError("a crack cannot be exported: the file itself is HDF5, as xarray and h5py read it", (), out)
     what = "stresses" if computed.kind == "stress" else "fatigue parameters"
     if file_format != "vtk":
         raise CaseError(f"{what} can be exported to vtk, not to {file_format}; the file itself is HDF5", (), out)

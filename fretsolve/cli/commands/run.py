@@ -103,7 +103,7 @@ def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> Prob
 
 def _side_outputs(case: Case) -> ModuleType | None:
     """Return the module for the side outputs of a case, which takes time to load; None if it asks for none."""
-    if case.output.stress is None and case.output.fatigue is None:
+    if case.output.stress is None and case.output.fatigue is None and case.output.crack is None:
         return None
     from fretsolve.cli.commands import side_outputs
 

@@ -1,4 +1,4 @@
-"""Side outputs of a run: stresses below the surface and fatigue parameters, if the case asks for them."""
+"""Side outputs of a run: stresses below the surface, fatigue parameters and a crack, if the case asks for them."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ from typing import Any
 
 from fretsolve.case.models import Case
 from fretsolve.cli.commands.computed_files import FileOrder, write_fatigue_with_messages, write_with_messages
+from fretsolve.cli.commands.crack import write_crack_with_messages
 from fretsolve.errors import FileError
+from fretsolve.post.crack.request import case_request as crack_request
+from fretsolve.post.crack.request import require_crack
 from fretsolve.post.fatigue.request import case_request as fatigue_request
 from fretsolve.post.fatigue.request import require_fatigue
-from fretsolve.post.names import fatigue_path, stress_path
+from fretsolve.post.names import crack_path, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import is_made_from, opened_computed
 from fretsolve.post.stress.request import case_request as stress_request
 from fretsolve.post.stress.request import increments_before, request_before, room_problem
@@ -28,7 +31,7 @@ AT_END = "the result is whole: with more room --resume writes what output.{} ask
 
 
 def require_room(setup: ProblemSetup, out: Path) -> None:
-    """Raise CaseError, before the run, if stresses or fatigue that the case asks for cannot be computed after it."""
+    """Raise CaseError, before the run, if what the case asks for beside the result cannot be computed after it."""
     output = setup.case.output
     if (spec := output.stress) is not None:
         stages = len(setup.load_path.last_steps)
@@ -38,6 +41,8 @@ def require_room(setup: ProblemSetup, out: Path) -> None:
             raise setup.case.source.problem(problem, ("output", "stress"))
     if output.fatigue is not None:
         require_fatigue(setup, free_bytes(out))
+    if output.crack is not None:
+        require_crack(setup)
 
 
 def require_own_side_outputs(
@@ -52,6 +57,7 @@ def require_own_side_outputs(
     for spec, kind, path in (
         (output.stress, "stress", stress_path(out)),
         (output.fatigue, "fatigue", fatigue_path(out)),
+        (output.crack, "crack", crack_path(out)),
     ):
         if spec is None:
             continue
@@ -71,7 +77,7 @@ def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
 def write_side_outputs(
     case: Case, out: Path, threads: int, *, quiet: bool, overwrite: bool, missing: bool = False
 ) -> None:
-    """Write and print the stresses and fatigue parameters that the case asks for.
+    """Write and print the stresses, the fatigue parameters and the crack that the case asks for.
 
     overwrite: replace any file, otherwise only files of this run; missing: write only absent files.
     """
@@ -91,3 +97,6 @@ def write_side_outputs(
         if fatigue is not None and not (missing and is_made_from(result, fatigue_path(out))):
             asked = fatigue_request(case)
             write_fatigue_with_messages(tractions, asked, order("fatigue", fatigue_path(out), result))
+        if case.output.crack is not None and not (missing and is_made_from(result, crack_path(out))):
+            target = order("crack", crack_path(out), result).target
+            write_crack_with_messages(tractions, crack_request(case), target, quiet=quiet, exclusive=not overwrite)

@@ -46,6 +46,10 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
                 from fretsolve.post.fatigue.request import require_fatigue
 
                 require_fatigue(setup)
+            if setup.case.output.crack is not None:
+                from fretsolve.post.crack.request import require_crack
+
+                require_crack(setup)
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
             setup.friction_on_grid()  # as the run will have it

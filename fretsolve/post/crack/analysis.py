@@ -1,8 +1,8 @@
 """Compute a crack from the tractions of a result: stress intensities, range, verdict and lives, with error bars.
 
 Errors of stress intensities are those of the fit of the weight, and the difference to tractions averaged over blocks of
-two cells. With given tractions K converges like the cells' side to the power 1.5, since a cell at the edge of contact is
-loaded over part of its width, and this part differs from grid to grid; the blocks' part does, too, so that the whole
+two cells. K converges like the cells' side to the power 1.5, since a cell at the edge of contact is loaded as a whole
+or not at all. How much of it the contact covers differs from grid to grid, and from cells to blocks, so that the whole
 difference is taken, where an order alone would give 0.55 of it. A crack shorter than a cell sees the stress of the
 surface, which converges like the root of the side, so that its error is 1/(sqrt(2) - 1) times the difference.
 """
@@ -18,14 +18,7 @@ import numpy as np
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LifeCriterion
 from fretsolve.errors import CaseError
-from fretsolve.post.crack.growth import (
-    Growth,
-    GrowthRule,
-    difference,
-    stress_range,
-    threshold_of,
-    together,
-)
+from fretsolve.post.crack.growth import Growth, GrowthRule, difference, stress_range, threshold_of, together
 from fretsolve.post.crack.place import Place, at_edge, at_largest, at_length, contact_steps
 from fretsolve.post.crack.request import CURVES, CrackRequest
 from fretsolve.post.crack.stress_intensity import WEIGHT_ERROR
@@ -53,8 +46,9 @@ class Crack:
     """A crack of many lengths (mm) at a place; stress intensities in MPa m^0.5, lives in cycles.
 
     half_width: of the contact (mm); K, K_error: (2, steps, lengths) of K_I and K_II; cycles: their states are places in
-    `steps`; cycle_ranges: (cycles, lengths); range: the largest of them, with its error; growth, shortest, longest:
-    from the range, from the range with its error, and less its error; of_cycles: under each cycle alone. initiation: cycles to a crack of each length;
+    `steps`; cycle_ranges: (cycles, lengths); range_error: of the largest of them; initiation: cycles to a crack of each
+    length. growth, shortest, longest: from the ranges, from ranges with their errors, and less their errors;
+    of_cycles: under each cycle alone.
     missing: one line for each thing that cannot be computed.
     """
 
@@ -117,22 +111,23 @@ def crack_of(tractions: TractionHistory, request: CrackRequest) -> Crack:
     """Return the crack that is asked for. Raises CaseError."""
     result = tractions.result
     body = _body(tractions, request)
-    with placed(lambda message: CaseError(message, (), result.path)):
+    with placed(lambda message: request.problem(request.cycles_key, message)):
         absolute = chosen(cycles_of(result), request.cycles)
+    with placed(lambda message: CaseError(message, (), result.path)):
         for one in absolute:
             require_states(one, result.steps)
         steps = states_of(absolute, result.steps)
         touching = contact_steps(tractions, steps)
     cycles = tuple(_within(absolute, steps))
     source = request.material.with_elastic_constants(result.effective_case["bodies"][body - 1])
+    if request.at == "max":
+        source.require((request.require_curve(),))
     line = stress_line(tractions, steps, body)
     with placed(lambda message: request.problem("at", message)):
         if request.at == "edge":
             place = at_edge(tractions, line)
         elif request.at == "max":
-            criterion = request.require_curve()
-            source.require((criterion,))
-            place = at_largest(tractions, line, cycles, criterion, source.material)
+            place = at_largest(tractions, line, cycles, request.require_curve(), source.material)
         else:
             place = at_length(tractions, steps, request.at)
     half_width = max(float(result.history["contact_half_width_x"][step]) for step in touching)
@@ -225,10 +220,11 @@ def _stress_intensities(
 ) -> tuple[DoubleArray, DoubleArray]:
     """Return lengths, and the stress intensities (2, 1 + averages, steps, lengths) of cracks of these lengths."""
     final = request.final_length
-    if final is not None and not SHORTEST * half_width < final <= LONGEST * half_width:
-        low, high = SHORTEST * half_width, LONGEST * half_width
-        message = f"{final:g} mm is out of range; a length above {low:.3g} and up to {high:.4g} mm, which are 0.01 and"
-        raise request.problem("final-length", f"{message} 1000 half-widths of the contact, is needed")
+    if final is not None and final <= (shortest := SHORTEST * half_width):
+        message = (
+            f"{final:g} mm is out of range; a length above {shortest:.3g} mm, a hundredth of the half-width of the"
+        )
+        raise request.problem("final-length", f"{message} contact, is needed")
     lengths = crack_lengths(half_width, 0, max(LONGEST_USUAL * half_width, final or 0.0))
     K = line.stress_intensity((place.x, place.y), lengths)
     if material.paris is None or material.toughness is None or final is not None:
@@ -275,9 +271,7 @@ def _initiation(
     return lives.reshape(bounds.shape), ""
 
 
-def _missing(
-    material: Material, request: CrackRequest, growth: Growth, lengths: DoubleArray, curve: str
-) -> list[str]:
+def _missing(material: Material, request: CrackRequest, growth: Growth, lengths: DoubleArray, curve: str) -> list[str]:
     """Return a line for each thing that cannot be computed, with the key that is missing."""
     found = []
     lacking = [name for name in ("threshold_range", "fatigue_range") if getattr(material, name) is None]
@@ -302,7 +296,13 @@ def notes_of(crack: Crack, *, line: bool, worn: bool) -> list[str]:
     found = []
     closed = crack.K[0] <= 0.0
     if closed.any():
-        found.append("where K_I <= 0 the crack is closed, and K_II is an upper bound: contact of its faces is not solved")
+        found.append(
+            "where K_I <= 0 the crack is closed, and K_II is an upper bound: contact of its faces is not solved"
+        )
+    if crack.lengths[0] < crack.cell:
+        found.append(
+            f"cracks shorter than a cell, {crack.cell:.3g} mm, see the steps of the tractions, as their error bars say"
+        )
     if not line:
         found.append(
             "the stress is that of the row through the middle of the contact: K is an estimate for a crack through the"
@@ -320,13 +320,8 @@ def warnings_of(crack: Crack, request: CrackRequest) -> list[str]:
     reached = _longest_that_matters(crack)
     if limit is not None and reached > limit:
         found.append(
-            f"b up to {reached:.4g} mm counts, more than a tenth of the thickness {request.thickness:g} mm: the body is no"
-            " half-plane for such a crack, and K is too small"
-        )
-    if crack.lengths[0] < crack.cell:
-        found.append(
-            f"cracks shorter than a cell, {crack.cell:.3g} mm, see the steps of the tractions; their error bars say so,"
-            " and more points help"
+            f"b up to {reached:.4g} mm counts, more than a tenth of the thickness {request.thickness:g} mm: the body is"
+            " no half-plane for such a crack, and K is too small"
         )
     return found
 

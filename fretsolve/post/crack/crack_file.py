@@ -85,10 +85,10 @@ def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool =
         write_sealed(file, attributes, {str(crack.body): {**_digests(group), **known}})
 
 
-def write_case_crack(result: Result, case: Case, threads: int = 1) -> Path:
+def write_case_crack(result: Result, case: Case) -> Path:
     """Write the crack of a finished run beside its result, and return the name of the file.
 
-    threads: have no effect. Raises CaseError, FileError.
+    Raises CaseError, FileError.
     """
     target = crack_path(result.path)
     crack = crack_of(TractionHistory(result), case_request(case))

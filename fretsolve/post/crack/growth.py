@@ -73,7 +73,9 @@ def _crossing(lengths: DoubleArray, values: DoubleArray, index: int) -> float:
     return float(lengths[index - 1] * ratio ** (before / (before - after)))
 
 
-def end_length(lengths: DoubleArray, largest: DoubleArray, toughness: float | None, final: float | None) -> float | None:
+def end_length(
+    lengths: DoubleArray, largest: DoubleArray, toughness: float | None, final: float | None
+) -> float | None:
     """Return the length at which life ends: `final`, or before it where the largest K reaches the toughness.
 
     None where neither is given, or the toughness is not reached within the lengths.

@@ -46,6 +46,11 @@ class CrackRequest:
         curves = (name for name, key in CURVES.items() if getattr(self.material.material, key) is not None)
         return self.criterion or next(curves, None)
 
+    @property
+    def cycles_key(self) -> str:
+        """The key that chooses the cycles."""
+        return "cycle" if isinstance(self.cycles, int | str) else "blocks"
+
     def require_curve(self) -> LifeCriterion:
         """Return the criterion. Raises CaseError for `at: max` if the material lacks its life curve."""
         criterion = self.life_criterion
@@ -76,16 +81,17 @@ def require_crack(setup: ProblemSetup) -> None:
     """Raise CaseError, before the run, if the crack that a case asks for could not be looked at after it."""
     case, grid = setup.case, setup.grid
     request, surfaces = case_request(case), case.effective()["surface"]
+    if request.at == "max":
+        body = case.bodies[(request.body or (1 if case.bodies[1] == "rigid" else 2)) - 1]
+        assert body != "rigid"  # a case with such a body is refused
+        request.material.with_elastic_constants(body.model_dump()).require((request.require_curve(),))
     with placed(lambda message: request.problem("at", message)):
-        if request.at == "max":
-            request.require_curve()
-        elif request.at == "edge":
+        if request.at == "edge":
             require_round(surfaces)
-        else:
+        elif request.at != "max":
             require_inside(grid, request.at)
             require_finite(surfaces, grid, Place(request.at, 0.0, ""))
-    key = "cycle" if isinstance(request.cycles, int | str) else "blocks"
-    with placed(lambda message: request.problem(key, message)):
+    with placed(lambda message: request.problem(request.cycles_key, message)):
         stored, cycles = cycles_before(setup, request.cycles)
     with placed(lambda message: case.source.problem(message, ("output", "every"))):
         for cycle in cycles:

@@ -81,11 +81,11 @@ class StressLine:
         rows = [COMPONENTS.index(one) for one in components]
         bulk = self.bulk[:, rows].T[:, None, :, None] * weights.sum(axis=1)
         shape = 1 + len(SHIFTS), len(self.steps), len(weights)
-        of_contact = [
-            sum(values.reshape(-1, len(self.x)) @ sums[one, name].T for name, values in self.differences.items())
-            for one in components
-        ]
-        return np.asarray(np.reshape(of_contact, (-1, *shape)) + bulk)
+        total = np.zeros((len(components), *shape))
+        for (one, traction), values in sums.items():
+            found = self.differences[traction].reshape(shape[0] * shape[1], len(self.x)) @ values.T
+            total[components.index(one)] += found.reshape(shape)
+        return np.asarray(total + bulk)
 
     def stress_intensity(self, place: tuple[float, float], lengths: DoubleArray) -> DoubleArray:
         """Return K_I and K_II (MPa m^0.5) of cracks at a place, ``(2, 1 + averages, steps, lengths)``."""
@@ -120,14 +120,10 @@ class StressLine:
     def _factors(self, component: Component, traction: Traction) -> dict[Potential | Strip, tuple[float, float]]:
         """Return the factor of each function at depth 0, and its change by the depth, with which it is linear."""
         at_0, at_1 = (
-            stress_terms(
-                component, traction, depth, self.poisson_ratio, self.body, plane_strain=self.plane_strain
-            )
+            stress_terms(component, traction, depth, self.poisson_ratio, self.body, plane_strain=self.plane_strain)
             for depth in (0.0, 1.0)
         )
-        return {
-            name: (at_0.get(name, 0.0), at_1.get(name, 0.0) - at_0.get(name, 0.0)) for name in {**at_0, **at_1}
-        }
+        return {name: (at_0.get(name, 0.0), at_1.get(name, 0.0) - at_0.get(name, 0.0)) for name in {**at_0, **at_1}}
 
 
 def stress_line(tractions: TractionHistory, steps: Sequence[int], body: Body) -> StressLine:

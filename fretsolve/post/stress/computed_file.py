@@ -1,4 +1,4 @@
-"""Files of what was computed from a result, stresses, fatigue parameters or a crack: a sealed header and a group per body."""
+"""Files of stresses, fatigue parameters or a crack of a result: a sealed header and a group per body."""
 
 from __future__ import annotations
 

@@ -1,0 +1,185 @@
+"""Stress intensity, arrest and life of cracks: certified values, closed forms, order in the cells and error bars."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from command_line import result_of
+from line_cases import HERTZ, LINE, A
+
+from fretsolve import open_result
+from fretsolve.case.keys.material_spec import Material, ParisLaw
+from fretsolve.post.crack.analysis import crack_of
+from fretsolve.post.crack.growth import propagation_lives, threshold_of
+from fretsolve.post.crack.place import at_edge
+from fretsolve.post.crack.request import CrackRequest
+from fretsolve.post.crack.stress_intensity import nodes, stress_intensity
+from fretsolve.post.crack.stress_line import stress_line
+from fretsolve.post.fatigue.material import read_material
+from fretsolve.post.stress.tractions import TractionHistory
+from fretsolve.problem.model.grid import Grid
+
+P0 = HERTZ.max_pressure
+BULK = 0.5904
+CERTIFIED = {0.05: 0.33122, 0.2: 0.47769, 1.0: 0.64965}
+"""K_I/(p0 sqrt(pi a)) over b/a: mu 0.75, Q/(mu P) 0.6, bulk 0.5904 p0 in phase, at the trailing edge."""
+
+UNIT = P0 * math.sqrt(math.pi * 1e-3 * A)
+LENGTHS = A * np.array(list(CERTIFIED))
+EXACT = UNIT * np.array(list(CERTIFIED.values()))
+
+
+class GivenTractions:
+    """Tractions on strips of width h; has what `stress_line` reads of the history of a result."""
+
+    plane_strain = True
+
+    def __init__(self, cells, pressure, shear, bulk=0.0, center=0.0, width=A / 100):
+        self.grid = Grid(cells, 1, width, width, center, 0.0)
+        self.poisson_ratios = {1: 0.3, 2: 0.3}
+        self.fields = {"p": pressure[:, None], "qx": shear[:, None]}
+        self.bulk = np.array([bulk, 0.3 * bulk, 0.0])
+
+    def extent(self, steps):
+        return (slice(0, self.grid.nx), slice(0, 1)), tuple(self.fields)
+
+    def read(self, step, window, names):
+        return self.fields
+
+    def bulk_stress(self, body, step):
+        return self.bulk
+
+
+def exact_tractions(cells, phase):
+    """Return Hertz's pressure and Hills and Nowell's shear as means over strips, `cells` of them per half-width.
+
+    phase: share of a strip by which the edge of contact lies within it.
+    """
+    edges = (np.arange(-math.ceil(1.2 * cells), math.ceil(1.2 * cells) + 2) - phase) / cells
+
+    def mean(middle, half):
+        x = np.clip((edges - middle) / half, -1.0, 1.0)
+        return half**2 * cells * 0.5 * np.diff(x * np.sqrt(1.0 - x * x) + np.arcsin(x))
+
+    pressure = mean(0.0, 1.0)
+    shear = 0.75 * (pressure - mean(BULK / (4.0 * 0.75), math.sqrt(0.4)))
+    middle = 0.5 * (edges[0] + edges[-1]) * A
+    return GivenTractions(len(pressure), P0 * pressure, P0 * shear, BULK * P0, middle, A / cells)
+
+
+def of_exact_tractions(cells, phase, lengths=LENGTHS):
+    line = stress_line(exact_tractions(cells, phase), [0], 2)
+    return line.stress_intensity((-A, 0.0), lengths)[0, 0, 0]
+
+
+@pytest.mark.parametrize(
+    ("stress", "certified"), [(lambda s: 1.0 + 0.0 * s, 1.12152), (lambda s: s, 0.682863), (np.square, 0.525488)]
+)
+def test_polynomial_stress(stress, certified):
+    found = stress_intensity(lambda z: stress(z / 0.3), 0.3)
+    assert found / math.sqrt(math.pi * 0.3e-3) == pytest.approx(certified, rel=5e-4)
+
+
+def test_enough_nodes():
+    """The stress of cells at the edge of contact, as sharp as it gets, to 1e-6 up to ten half-widths."""
+    line = stress_line(exact_tractions(100, 0.4), [0], 2)
+    for ratio in (0.01, 0.3, 1.0, 10.0):
+        found = line.stress_intensity((-A, 0.0), np.array([ratio * A]))[0, 0, 0, 0]
+        share, weights = nodes(400)
+        many = math.sqrt(ratio * A) * line.stress((-A, 0.0), ratio * A * share, ("xx",), weights[None])[0, 0, 0, 0]
+        assert found == pytest.approx(many, rel=1e-6)
+
+
+def test_exact_tractions_in_line_contact():
+    np.testing.assert_allclose(of_exact_tractions(320, 0.0), EXACT, rtol=4e-4)
+    np.testing.assert_allclose(of_exact_tractions(160, 0.4), EXACT, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("phase", "order"), [(0.0, 2.0), (0.4, 1.5)])
+def test_order_in_the_cells(phase, order):
+    """Order 2 where the edge of contact is that of a cell, else 1.5: the last cell is loaded as a whole."""
+    exact = of_exact_tractions(1280, 0.0)
+    errors = [np.abs(of_exact_tractions(cells, phase) - exact) for cells in (40, 160)]
+    np.testing.assert_allclose(np.log2(errors[0][:2] / errors[1][:2]) / 2.0, order, atol=0.25)
+
+
+@pytest.mark.parametrize("body", [1, 2])
+def test_uniform_stress_alone(body):
+    nothing = np.zeros(8)
+    line = stress_line(GivenTractions(8, nothing, nothing, bulk=100.0), [0], body)
+    K = line.stress_intensity((0.01, 0.0), np.array([0.05, 1.0]))[:, 0, 0]
+    np.testing.assert_allclose(K[0], 1.12152 * 100.0 * np.sqrt(math.pi * np.array([0.05e-3, 1e-3])), rtol=1e-4)
+    np.testing.assert_allclose(K[1], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("exponent", "tolerance"), [(3.0, 1e-4), (2.0, 1e-4), (8.0, 1e-4)])
+def test_propagation_under_uniform_stress(exponent, tolerance):
+    """N = int db/(C (1.12152 S sqrt(pi b))^m) has a closed form."""
+    lengths = 1e-3 * 10.0 ** (np.arange(91) / 30)
+    stress, end = 80.0, 0.777
+    ranges = 1.12152 * stress * np.sqrt(math.pi * 1e-3 * lengths)
+    found = propagation_lives(lengths, ranges[None], [1.0], ParisLaw(exponent=exponent, coefficient=1e-11), None, end)
+    factor = 1e-11 * (1.12152 * stress * math.sqrt(math.pi)) ** exponent
+    power = 1.0 - 0.5 * exponent
+    b, last = 1e-3 * lengths[lengths < end], 1e-3 * end
+    closed = np.log(last / b) if power == 0.0 else (last**power - b**power) / power
+    np.testing.assert_allclose(found[: len(b)], closed / factor, rtol=tolerance)
+    assert (found[len(b) :] == 0.0).all()
+
+
+CASE = (
+    LINE.replace("friction: 0.3", "friction: 0.75")
+    .replace("points: 64", "points: {points}")
+    .replace("size: 0.28 mm", "size: {size} mm")
+    .replace("{Qx: 18 N/mm, increments: 4}", "{Qx: 45 N/mm, bulk_{body}: {xx: {bulk} MPa}, increments: 2}")
+)
+
+
+def crack_case(folder, points, size=0.28, body=2):
+    text = CASE.replace("{points}", str(points)).replace("{size}", str(size))
+    text = text.replace("{body}", str(body)).replace("{bulk}", f"{BULK * P0:.6f}")
+    (folder / "c.yaml").write_text(text)
+    return result_of(folder / "c.yaml", "--overwrite")
+
+
+def test_solved_line_contact(tmp_path):
+    """256 points on 0.28 mm, 98 cells per half-width, meet 1e-3 at all three lengths, and so does body 1."""
+    with open_result(crack_case(tmp_path, 256)) as result:
+        tractions = TractionHistory(result)
+        line = stress_line(tractions, result.steps, 2)
+        place = at_edge(tractions, line)
+        assert place.x == pytest.approx(-A, rel=1e-4)
+        K = line.stress_intensity((place.x, 0.0), LENGTHS)[:, 0, -1]
+    np.testing.assert_allclose(K[0], EXACT, rtol=1e-3)
+    with open_result(crack_case(tmp_path, 256, body=1)) as result:
+        tractions = TractionHistory(result)
+        line = stress_line(tractions, result.steps, 1)
+        place = at_edge(tractions, line)
+        assert place.x == pytest.approx(A, rel=1e-4)
+        mirrored = line.stress_intensity((place.x, 0.0), LENGTHS)[:, 0, -1]
+    np.testing.assert_allclose(mirrored[0], EXACT, rtol=1e-3)
+    np.testing.assert_allclose(mirrored[1], K[1], rtol=1e-3)
+
+
+@pytest.mark.parametrize(("points", "size"), [(24, 0.3), (32, 0.28), (48, 0.31), (64, 0.28), (96, 0.28), (200, 0.28)])
+def test_error_bars_hold(tmp_path, points, size):
+    with open_result(crack_case(tmp_path, points, size)) as result:
+        crack = crack_of(TractionHistory(result), CrackRequest(read_material("threshold_range=2.1 MPa m^0.5")))
+    lengths = crack.lengths
+    exact = of_exact_tractions(1280, 0.0, lengths)
+    error = np.abs(crack.K[0, -1] - exact)
+    bar = crack.K_error[0, -1]
+    assert (error < bar).all()
+    long = lengths > 3.0 * crack.cell
+    assert (bar[long] < 0.1 * exact[long]).all()
+
+
+def test_short_cracks_stop_and_long_ones_do_not():
+    """El Haddad's threshold is that of long cracks, and the smooth specimen's for short ones."""
+    material = Material(threshold_range=2.1, fatigue_range=248.0)
+    threshold = threshold_of(material)
+    short, long = threshold(np.array([1e-5, 1e5]))
+    assert long == pytest.approx(2.1, rel=1e-4)
+    assert short == pytest.approx(248.0 * math.sqrt(math.pi * 1e-8), rel=1e-3)
