@@ -126,7 +126,7 @@ def test_a_sweep_collects_where_cracks_stop_and_what_is_not_known(tmp_path):
     path = LINE.partition("load_path")[0] + CRACK
     path += "load_path: [{P: 100 N/mm}, {cycle: {amplitude: {Qx: 18 N/mm, bulk_2: {xx: 0 MPa}}, times: 2}}]\n"
     key = "load_path.1.cycle.amplitude.bulk_2.xx"
-    text = f"case: case.yaml\naxes: [{key}: [0 MPa, 200 MPa]]\nquantities: [crack-arrest-length, crack_life]\n"
+    text = f"case: case.yaml\naxes: [{key}: [0 MPa, 400 MPa]]\nquantities: [crack-arrest-length, crack_life]\n"
     file = write_sweep(tmp_path, text, path)
     assert invoke("sweep", "run", file, "-q", "-j", 1).exit_code == 0
     folder = tmp_path / "sweep.sweep"
