@@ -5,6 +5,8 @@ Only click is imported here; what a command needs is imported when it is called.
 
 from __future__ import annotations
 
+from contextlib import suppress
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +36,7 @@ from fretsolve.cli.command_line import (
 from fretsolve.cli.sweep import sweep
 from fretsolve.post.export import FORMATS
 from fretsolve.post.plots import KINDS, Sheet
-from fretsolve.post.plots.kinds import Shown
+from fretsolve.post.plots.kinds import TENSION, Shown
 from fretsolve.system.environment import available, processors, quick_imports, set_up_numerics
 from fretsolve.system.signals import StopRequest
 
@@ -171,7 +173,8 @@ def check(**options: Any) -> int:
     "quantities",
     "NAME[@STAGE]",
     "A quantity to compare, at the end of a stage; without one at the ends of all stages, of a repeated cycle those of"
-    " its last repetition. By default: the responses to the load path, and what the case expects.",
+    " its last repetition; swt_life, crack_life and the like have one value. By default: the responses to the load"
+    " path, and what the case expects.",
 )
 @click.option(
     "--truth",
@@ -268,15 +271,17 @@ def show(**options: Any) -> int:
     return show_result(**options)
 
 
-def _point(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
-    """Return two lengths in mm from a text such as ``0.1,-0.05``."""
-    if value is None:
-        return None
-    try:
-        x, y = (float(part) for part in value.split(","))
-    except ValueError:
-        raise click.BadParameter(f"{value!r} is not a point; two numbers in mm such as 0.1,-0.05 are needed") from None
-    return x, y
+def _point(context: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, ...] | str | None:
+    """Return two or three lengths in mm from a text such as ``0.1,-0.05``, or the name of a point."""
+    if value is None or value == TENSION:
+        return value
+    with suppress(ValueError):
+        found = tuple(float(part) for part in value.split(","))
+        if len(found) in (2, 3) and all(map(isfinite, found)):
+            return found
+    raise click.BadParameter(
+        f"{value!r} is not a point; two numbers in mm such as 0.1,-0.05 are needed, the depth as a third, or tension"
+    )
 
 
 _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.values())
@@ -303,13 +308,25 @@ _KIND_LINES = "\n    ".join(f"{kind.name:15}{kind.caption}" for kind in KINDS.va
     " OUT with the kind in its name.",
 )
 @repeatable_option("--step", "steps", "N", "An increment to show; only profiles show several at once.", type=int)
-@click.option("--at", callback=_point, metavar="X,Y", help="The point in mm of profiles and stress-cycle.")
-@repeatable_option("--field", "fields", "NAME,...", "Fields that map and animate show.")
+@click.option(
+    "--at",
+    callback=_point,
+    metavar="X,Y[,Z]|tension",
+    help="The point in mm of profiles and of stress-cycle. Of stress-cycle Z is the depth below the surface, by default"
+    " 0, and the default is tension: the point of the surface with the largest tension in the cycle, where cracks"
+    " begin.",
+)
+@repeatable_option(
+    "--field",
+    "fields",
+    "NAME,...",
+    "Fields that map and animate show, or criteria of fatigue-map, as swt, and lives, as swt_life.",
+)
 @click.option(
     "--body",
     type=_BODY,
     callback=lambda context, parameter, value: value and int(value),
-    help="The body whose stresses are shown, by default 2, or 1 if 2 is rigid; of fatigue parameters by default all.",
+    help="The body whose stresses are shown, by default 2, or 1 if 2 is rigid; fatigue-map and crack show all.",
 )
 @flag("--all", "every_kind", help="All kinds, and a page that shows them, in the folder of -o.")
 @picture_options

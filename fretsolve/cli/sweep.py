@@ -75,6 +75,11 @@ def run(file: Path, out: Path | None, jobs: int | None, engine: str, dry: bool, 
 
     All cases are checked before the first one runs. Whatever ends a sweep, the same command continues it, on any
     engine. The exit code is 0 if every case has a result; "no solution" is a result as well.
+
+    The `quantities` of SWEEP are columns of the history or of the table of cycles, such as delta_x@2 and energy_ratio,
+    and what files beside the results have: max_mises, max_tension, max_tresca (output.stress), largest fatigue
+    parameters and shortest lives such as findley_max, swt_life (output.fatigue), crack_arrest_length and crack_life
+    (output.crack). A life of inf is a run-out.
     """
     if dry and engine != "slurm":
         raise click.UsageError("--dry-run goes with --on slurm; `fretsolve validate` tells what a case would take.")
@@ -122,7 +127,8 @@ def status(folder: Path) -> int:
     "--quantity",
     "quantities",
     "NAME[@STAGE]",
-    "A quantity to collect, at the end of a stage (by default the last). By default: what the sweep file names.",
+    "A quantity to collect, at the end of a stage (by default the last); see `sweep run --help`. By default: what the"
+    " sweep file names.",
 )
 @flag("--fields", help="Link every result in the HDF5 file, as results/ID.")
 @overwrite_option("an existing FILE")
@@ -139,7 +145,11 @@ def collect(folder: Path, out: Path | None, quantities: tuple[str, ...], fields:
 @sweep.command()
 @_FOLDER
 @click.argument("kind", type=click.Choice(["quantity", "running-condition"]), default="quantity", metavar="[KIND]")
-@click.option("--quantity", metavar="NAME[@STAGE]", help="What to draw; by default the first that is collected.")
+@click.option(
+    "--quantity",
+    metavar="NAME[@STAGE]",
+    help="What to draw; by default the first that is collected. Run-outs are arrows.",
+)
 @repeatable_option(
     "--over",
     "over",

@@ -1,4 +1,4 @@
-"""Names of stress quantities and fatigue parameters, and of their files. Loads no NumPy."""
+"""Names, units and words of stresses, fatigue parameters and cracks, and their files. Loads no NumPy."""
 
 from __future__ import annotations
 
@@ -27,6 +27,19 @@ WORST_NAMES = {f"{dataset_name(criterion)}_max": criterion for criterion in CRIT
 """Names of the largest values of the parameters, which sweeps collect, with their criteria."""
 
 
+PARAMETERS = {
+    "crossland": "Crossland parameter",
+    "dang_van": "Dang Van parameter",
+    "findley": "Findley parameter",
+    "mcdiarmid": "McDiarmid parameter",
+    "fatemi_socie": "Fatemi-Socie parameter",
+    "swt": "SWT parameter",
+    "ruiz_1": "Ruiz's first parameter",
+    "ruiz_2": "Ruiz's second parameter",
+}
+"""Parameters in words, by their names in files."""
+
+
 def fatigue_path(source: Path) -> Path:
     """Return the name of the file of fatigue parameters beside a result or a file of stresses."""
     return source.with_name(source.name.removesuffix(source.suffix).removesuffix(".stress") + ".fatigue.h5")
@@ -46,6 +59,33 @@ OUTERMOST = "in the last cells that were looked at: it may be larger beyond; a l
 
 PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)
 """Columns with the largest stresses."""
+
+
+BESIDE = {"stress": PEAK_NAMES, "fatigue": (*WORST_NAMES, *LIFE_NAMES), "crack": CRACK_NAMES}
+"""What sweeps collect from files beside a result, by the key of `output` that asks for the file."""
+
+UNITS = {
+    **dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa"),
+    "fatemi_socie_max": "1",
+    **dict.fromkeys(("ruiz_1_max", "ruiz_2_max"), "MPa^2 mm"),
+    **dict.fromkeys((*LIFE_NAMES, "crack_life"), "cycles"),
+    "crack_arrest_length": "mm",
+}
+"""Units of what sweeps collect from files beside a result."""
+
+IN_WORDS = {
+    "max_mises": "largest von Mises stress",
+    "max_tension": "largest tension",
+    "max_tresca": "largest shear stress (Tresca)",
+    **{f"{name}_max": f"largest {words}" for name, words in PARAMETERS.items()},
+    **{f"{name}_life": f"life by {words.removesuffix(' parameter')}" for name, words in PARAMETERS.items()},
+    "crack_arrest_length": "length at which the crack stops",
+    "crack_life": "life of the crack",
+}
+"""The same quantities in words."""
+
+ENDLESS = {**dict.fromkeys((*LIFE_NAMES, "crack_life"), "run-out"), "crack_arrest_length": "goes through"}
+"""The meaning of inf among these quantities."""
 
 
 def stress_path(result: Path) -> Path:

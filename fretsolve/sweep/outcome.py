@@ -14,7 +14,7 @@ from fretsolve.case.history import MOTIONS_OF_ACTUATORS, PAIRS
 from fretsolve.case.keys.unrolled_path import last_repetitions
 from fretsolve.errors import SlidingError
 from fretsolve.post.export.selection import is_more_than_round_off, relevant_columns, total_cost
-from fretsolve.post.names import PEAK_NAMES, WORST_NAMES, fatigue_path, stress_path
+from fretsolve.post.names import BESIDE, crack_path, fatigue_path, stress_path
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
@@ -120,23 +120,28 @@ def _columns(
     ends: the increments with which stages end; corrected: take corrected values where there are any.
     """
     names, columns = {one.name for one in quantities}, {}
-    for name in names.difference(CYCLE_NAMES, PEAK_NAMES, WORST_NAMES):
+    for name in names.difference(CYCLE_NAMES, *BESIDE.values()):
         columns[name] = _of_history(result, name, ends, corrected)
     for name in names.intersection(CYCLE_NAMES):
         columns[name] = _of_cycles(result.cycles, name, corrected)
-    if of_stresses := names.intersection(PEAK_NAMES):
+    if of_stresses := names.intersection(BESIDE["stress"]):
         from fretsolve.post.stress.stress_file import read_peaks
 
         peaks = read_peaks(stress_path(result.path), result)
         for name in of_stresses:
             values = {stage: peaks[name].get(step, UNKNOWN) for stage, step in ends.items()}
             columns[name] = _Column(values, max((value for value, _ in peaks[name].values()), default=0.0), "")
-    if of_fatigue := names.intersection(WORST_NAMES):
+    known: dict[str, tuple[float, float]] = {}
+    if names.intersection(BESIDE["fatigue"]):
         from fretsolve.post.fatigue.fatigue_file import read_worst
 
-        worst = read_worst(fatigue_path(result.path), result)
-        for name in of_fatigue:  # known of the last cycle alone, whatever the stage
-            columns[name] = _Column({one.stage: (worst[name], math.nan) for one in quantities}, abs(worst[name]), "")
+        known |= read_worst(fatigue_path(result.path), result)
+    if names.intersection(BESIDE["crack"]):
+        from fretsolve.post.crack.crack_file import read_crack
+
+        known |= read_crack(crack_path(result.path), result)
+    for name in names.intersection(known):  # known of the whole run alone, whatever the stage
+        columns[name] = _Column({one.stage: known[name] for one in quantities}, abs(known[name][0]), "")
     return columns
 
 

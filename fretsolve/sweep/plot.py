@@ -11,18 +11,31 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FixedLocator, NullLocator
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
 from fretsolve.errors import PictureError
+from fretsolve.post.names import ENDLESS
 from fretsolve.post.plots.canvas import Canvas, Target, canvas, one_line
-from fretsolve.post.plots.labels import MOST_INCREMENTS, MOST_NAMED, line_colors, marks, physical_name, readable, symbol
+from fretsolve.post.plots.labels import (
+    MOST_INCREMENTS,
+    MOST_NAMED,
+    UPWARDS,
+    Mark,
+    line_colors,
+    marks,
+    physical_name,
+    quantity_label,
+    readable,
+    symbol,
+)
 from fretsolve.result.cycles.table import CYCLE_NAMES
-from fretsolve.sweep.quantity import LAST_STAGE
+from fretsolve.sweep.quantity import LAST_STAGE, OF_WHOLE_RUN
 from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -48,7 +61,8 @@ AMPLITUDES = {
 def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
     """Draw a quantity over a varied key, with error bars if there are any; a line for each value of the other keys.
 
-    Over another quantity the lines go along the first varied key. Raises PictureError.
+    Over another quantity the lines go along the first varied key. Lives have a logarithmic axis, and arrows at its top
+    stand for run-outs, or for a crack that goes through. Raises PictureError.
     """
     x, y = _column(table, over, axis=True), _column(table, quantity)
     errors = next((column for column in table.errors if column.name == f"{quantity} error"), None)
@@ -66,28 +80,68 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
             if errors is not None:  # a bar without a bound cannot be drawn
                 bars = unit.factor * np.where(np.isinf(errors.values[order]), np.nan, errors.values[order])
             axes.errorbar(x.values[order], unit.factor * y.values[order], yerr=bars, capsize=2.0, **options)
-        if 1 < len(groups) <= MOST_NAMED:
-            sheet.legend(axes.get_legend_handles_labels()[0], 2)
-        elif len(groups) > MOST_NAMED:
+            _draw_endless(axes, x.values[order], y.values[order], mark, len(groups))
+        _set_scale(axes, y)
+        named = axes.get_legend_handles_labels()[0] if 1 < len(groups) <= MOST_NAMED else []
+        sheet.legend([*named, *_endless_key(y)], 2)
+        if len(groups) > MOST_NAMED:
             _add_scale(sheet, axes, table, along)
     return sheet.figure
 
 
+def _draw_endless(axes: Axes, x: DoubleArray, y: DoubleArray, mark: Mark, groups: int) -> None:
+    """Draw an arrow at the top of the axis for each value without a bound, those of several groups side by side."""
+    endless = x[np.isposinf(y)]
+    if not len(endless):
+        return
+    beside = min(6.0, 24.0 / groups) * (mark.index - 0.5 * (groups - 1)) / 72.0  # inches
+    aside = ScaledTranslation(beside, 0.0, axes.get_figure(root=True).dpi_scale_trans)  # type: ignore[union-attr]
+    top = np.full(len(endless), 0.94)
+    axes.update_datalim(np.column_stack([endless, top]), updatey=False)
+    axes.autoscale_view()
+    axes.plot(endless, top, transform=axes.get_xaxis_transform() + aside, color=mark.color, **UPWARDS)
+
+
+def _set_scale(axes: Axes, y: Column) -> None:
+    """Make the axis of a life logarithmic, and keep its top free for arrows."""
+    if y.units == "cycles":
+        axes.set_yscale("log")
+    if np.isposinf(y.values).any():
+        axes.margins(y=0.2)
+    if not np.isfinite(y.values).any():
+        axes.yaxis.set_major_locator(NullLocator())
+        axes.yaxis.set_minor_locator(NullLocator())
+
+
+def _endless_key(y: Column) -> list[Line2D]:
+    """Return the key of values without a bound; empty without such values."""
+    meaning = ENDLESS.get(y.name.partition("@")[0], "without a bound")
+    return [Line2D([], [], color="0.3", label=meaning, **UPWARDS)] if np.isposinf(y.values).any() else []
+
+
 def surface(table: Table, quantity: str, over: Sequence[str], ax: Target = None) -> Figure:
-    """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError."""
+    """Draw a quantity as colours over two varied keys, crosses where it has no value. Raises PictureError.
+
+    Lives have logarithmic colours, and arrows stand for run-outs, or for a crack that goes through.
+    """
     x, y, z = _column(table, over[0], axis=True), _column(table, over[1], axis=True), _column(table, quantity)
-    known = np.isfinite(z.values)
+    finite, endless = np.isfinite(z.values), np.isposinf(z.values)
     _require_places(table, x, y)
     unit = readable(z.units, z.values)
     with _panel(ax, table, x, y) as (sheet, axes):
         grid = _on_grid(x, y, unit.factor * z.values)
+        look: dict[str, Any] = {"cmap": line_colors(), "norm": LogNorm() if z.units == "cycles" else None}
         if grid is not None:
-            colors: Any = axes.pcolormesh(*grid, shading="nearest", cmap=line_colors())
+            colors: Any = axes.pcolormesh(*grid, shading="nearest", **look)
         else:
-            colored = unit.factor * z.values[known]
-            colors = axes.scatter(x.values[known], y.values[known], c=colored, cmap=line_colors(), s=30.0)
-        axes.plot(x.values[~known], y.values[~known], linestyle="", marker="x", color="black")
-        sheet.colorbar(axes, colors, _label(quantity, unit.text))
+            colors = axes.scatter(x.values[finite], y.values[finite], c=unit.factor * z.values[finite], s=30.0, **look)
+        unknown = ~(finite | endless)
+        axes.plot(x.values[unknown], y.values[unknown], linestyle="", marker="x", color="black")
+        if endless.any():
+            axes.plot(x.values[endless], y.values[endless], color="black", **UPWARDS)
+        if finite.any():
+            sheet.colorbar(axes, colors, _label(quantity, unit.text))
+        sheet.legend(_endless_key(z), 1)
     return sheet.figure
 
 
@@ -225,12 +279,14 @@ def _in_words(name: str) -> str:
     path, _, last = name.rpartition(".")
     if path.endswith("amplitude") and last.rpartition("_")[0] in AMPLITUDES:
         return f"{AMPLITUDES[last.rpartition('_')[0]]} {symbol(last)}"
+    if last in OF_WHOLE_RUN:
+        return physical_name(last)
     end = "" if not stage else f" of cycle {stage}" if last in CYCLE_NAMES else f" at the end of stage {stage}"
     return physical_name(last) + end
 
 
 def _label(name: str, units: str) -> str:
-    return _in_words(name) if units in ("", "1") else f"{_in_words(name)} ({units.replace('um', 'µm')})"
+    return quantity_label(_in_words(name), units)
 
 
 def _column(table: Table, name: str, *, axis: bool = False) -> Column:
@@ -241,7 +297,7 @@ def _column(table: Table, name: str, *, axis: bool = False) -> Column:
     column = columns[name]
     if axis and column.values.dtype == object:
         raise PictureError(f"the values of {name} are not numbers in one unit, so they cannot be an axis")
-    if not np.isfinite(column.values).any():
+    if not (np.isfinite(column.values) if axis else ~np.isnan(column.values)).any():
         raise PictureError(f"no case has a value of {name}")
     return column
 

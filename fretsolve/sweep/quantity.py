@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import ACTUATORS, COMPONENTS, DISPLACEMENTS, HISTORY_DIMENSIONS, OF_RIG, SHEARING
-from fretsolve.case.other_names import nearest
+from fretsolve.case.other_names import close_name
 from fretsolve.errors import CaseError
-from fretsolve.post.names import PEAK_NAMES, WORST_NAMES
+from fretsolve.post.names import BESIDE, CRACK_NAMES, LIFE_NAMES, UNITS, WORST_NAMES, dataset_name
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.cycles.rows import ACTUATOR
 from fretsolve.result.cycles.table import AT_ACTUATOR, CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
@@ -40,12 +40,17 @@ CORRECTED_NAMES = (
 )
 """Columns that can be collected too, from runs with error bars."""
 
-ALL_NAMES = tuple(dict.fromkeys((*NAMES, *CORRECTED_NAMES, *PEAK_NAMES, *WORST_NAMES, *CYCLE_NAMES)))
-"""All columns that can be collected: of the history, of the table of cycles, of stresses and fatigue parameters."""
+OF_WHOLE_RUN = (*WORST_NAMES, *LIFE_NAMES, *CRACK_NAMES)
+"""Quantities with one value of the whole run, which the cycles that the case chooses give."""
+
+ALL_NAMES = tuple(
+    dict.fromkeys((*NAMES, *CORRECTED_NAMES, *(name for names in BESIDE.values() for name in names), *CYCLE_NAMES))
+)
+"""All columns that can be collected: of the history, of the table of cycles, and of the files beside a result."""
 
 _COLUMN_UNITS = {column.name: column.units for column in (*HISTORY, *WEAR_HISTORY, *ERRORS, *CYCLES)}
 _COLUMN_UNITS |= {column.name: column.units for column in (*RIG_HISTORY, *RIG_ERRORS, *AT_ACTUATOR)}
-_COLUMN_UNITS |= dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa") | {"fatemi_socie_max": "1"}
+_COLUMN_UNITS |= UNITS
 
 NAMES_OF_RIG = tuple(name for name in ALL_NAMES if name.startswith((ACTUATOR, *OF_RIG)))
 """Columns that can be collected of cases with a rig."""
@@ -84,10 +89,14 @@ class StageQuantity:
 
 
 def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
-    """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`; or ``NAME@CYCLE``. Raises CaseError."""
-    name, at, stage = (part.strip() for part in text.partition("@"))
+    """Read ``NAME`` or ``NAME@STAGE``, by default at the last of `stages`; or ``NAME@CYCLE``. Raises CaseError.
+
+    Hyphens and underscores in a name mean the same.
+    """
+    name, at, stage = (part.strip() for part in plain(text).partition("@"))
     if name not in ALL_NAMES:
-        raise _refused(f"{name!r} is not a quantity that can be compared; {_right_name(name)}", text)
+        shown = text.partition("@")[0].strip()
+        raise _refused(f"{shown!r} is not a quantity that can be compared; {_right_name(name)}", text)
     if name in CYCLE_NAMES:
         if at and not (stage.isdecimal() and len(stage) < 10 and int(stage) >= 1):
             raise _refused(f"there is no cycle {stage!r}; one from 1 on is needed", text)
@@ -95,18 +104,24 @@ def read_quantity(text: str, stages: int = LAST_STAGE) -> StageQuantity:
     if at and not (stage.isdecimal() and len(stage) < 10 and 1 <= int(stage) <= stages):
         ends = "on" if stages == LAST_STAGE else f"to {stages}"
         raise _refused(f"there is no stage {stage!r}; one from 1 {ends} is needed", text)
-    if at and name in WORST_NAMES and int(stage) != stages:
-        raise _refused(f"{name} is that of the last cycle; leave @{stage} out", text)
+    if at and name in OF_WHOLE_RUN and int(stage) != stages:
+        raise _refused(f"{name} has one value of the whole run, not one of each stage; leave @{stage} out", text)
     return StageQuantity(name, int(stage) if at else stages)
+
+
+def plain(text: str) -> str:
+    """Return ``NAME`` or ``NAME@STAGE`` with the name as it stands in tables, with underscores for hyphens."""
+    name, at, stage = text.partition("@")
+    return dataset_name(name) + at + stage
 
 
 def read_quantities(text: str, judged: Sequence[int], stages: int) -> tuple[StageQuantity, ...]:
     """Read ``NAME@STAGE``, or ``NAME`` for the ends of all `judged` ones of `stages`. Raises CaseError.
 
-    A column of the table of cycles, or of fatigue, has one value, which the last cycle gives.
+    A column of the table of cycles has one value, which the last cycle gives, and one of fatigue or of a crack, too.
     """
     one = read_quantity(text, stages)
-    if "@" in text or one.name in CYCLE_NAMES or one.name in WORST_NAMES:
+    if "@" in text or one.name in CYCLE_NAMES or one.name in OF_WHOLE_RUN:
         return (one,)
     return tuple(replace(one, stage=stage) for stage in judged)
 
@@ -119,12 +134,25 @@ def _right_name(name: str) -> str:
         if value != name and value in ALL_NAMES:
             return f"error bars stand beside their values; use {value}"
         return f"{as_run} is not corrected for the number of increments; use {as_run}"
-    return nearest(name, (*NAMES, *(one for one in CYCLE_NAMES if one not in CORRECTED_NAMES)))
+    groups = {
+        "": NAMES,
+        "of stresses": BESIDE["stress"],
+        "of fatigue": BESIDE["fatigue"],
+        "of a crack": BESIDE["crack"],
+        "of cycles": [one for one in CYCLE_NAMES if one not in CORRECTED_NAMES],
+    }
+    names = dict.fromkeys(one for names in groups.values() for one in names)
+    meant = close_name(name, names)
+    begun = [meant] if meant else [one for one in names if name and one.startswith(f"{name}_")]
+    if 0 < len(begun) < 4:
+        return f"did you mean {' or '.join(map(repr, begun))}?"
+    lists = (f"{where + ': ' if where else ''}{', '.join(names)}" for where, names in groups.items())
+    return f"one of these is needed: {'; '.join(lists)}"
 
 
 def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
-    keys = {"output.stress": PEAK_NAMES, "output.fatigue": WORST_NAMES, **NEEDED_KEYS}
+    keys = {**{f"output.{key}": names for key, names in BESIDE.items()}, **NEEDED_KEYS}
     return next((key for key, names in keys.items() if name in names), "")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from fretsolve.sweep.manifest import Manifest
 from fretsolve.sweep.table import Column, Table, column, setting_column, write_table_csv
+from fretsolve.system.arrays import DoubleArray
 
 FIRST_COLUMN = "seeds"
 
@@ -34,7 +35,8 @@ def write_seeds_csv(path: Path, table: Table, *, exclusive: bool = False) -> Non
 def seed_columns(table: Table) -> Iterator[Column]:
     """Return the columns of the means: the number of complete cases, the other keys, and two for each quantity.
 
-    The standard deviation is the estimate from a sample, with n - 1 for n cases; there is none for one case.
+    The standard deviation is the estimate from a sample, with n - 1 for n cases; there is none for one case, or where a
+    value is without a bound, as of a life that does not end.
     """
     others = [key for key in table.manifest.keys if key not in seed_keys(table.manifest)]
     groups: dict[tuple[str | None, ...], list[int]] = {}
@@ -47,6 +49,10 @@ def seed_columns(table: Table) -> Iterator[Column]:
     for one in table.found:
         values = [one.values[places] for places in complete]
         means = [float(np.mean(group)) if group.size else np.nan for group in values]
-        scatter = [float(np.std(group, ddof=1)) if group.size > 1 else np.nan for group in values]
+        scatter = [float(np.std(group, ddof=1)) if _has_scatter(group) else np.nan for group in values]
         yield Column(f"{one.name} mean", one.units, np.array(means))
         yield Column(f"{one.name} standard deviation", one.units, np.array(scatter))
+
+
+def _has_scatter(values: DoubleArray) -> bool:
+    return values.size > 1 and not np.isinf(values).any()

@@ -23,7 +23,7 @@ from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.layout import described
 from fretsolve.sweep.manifest import CaseState, Manifest, ManifestRow, states
 from fretsolve.sweep.outcome import CaseOutcome, read_outcome
-from fretsolve.sweep.quantity import LAST_STAGE, read_quantity
+from fretsolve.sweep.quantity import LAST_STAGE, plain, read_quantity
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_regular, writing
 from fretsolve.system.hdf5_files import open_hdf5
@@ -76,7 +76,7 @@ def column(name: str, values: ArrayLike, units: str = "", meaning: str = "", **a
 def write_table_csv(
     path: Path, columns: Iterable[Column], first: Sequence[Any] = (), *, exclusive: bool = False
 ) -> None:
-    """Write a row per case, units in the heading; what is not known is empty, a bar without a bound is inf.
+    """Write a row per case, units in the heading; what is not known is empty, a bar or a life without a bound is inf.
 
     first: one more row; exclusive: replace no file. Raises FileError.
     """
@@ -152,7 +152,7 @@ def collect(manifest: Manifest, quantities: Sequence[str] = ()) -> Table:
 
     A result that cannot be read counts as an error of its case. Raises CaseError for a stage that no case has.
     """
-    wanted = {text: read_quantity(text) for text in quantities or manifest.quantities}
+    wanted = {plain(text): read_quantity(text) for text in quantities or manifest.quantities}
     nothing = np.full(len(wanted), np.nan)
     known: dict[str, CaseOutcome] = {}
     found: list[CaseState] = []

@@ -26,7 +26,7 @@ from fretsolve.sweep.manifest import (
     write_manifest,
 )
 from fretsolve.sweep.plan import make_sweep_plan
-from fretsolve.sweep.quantity import ALL_NAMES, read_quantity
+from fretsolve.sweep.quantity import ALL_NAMES, plain, read_quantity
 from fretsolve.sweep.seeds import seed_keys, seeds_path, write_seeds_csv
 from fretsolve.sweep.slurm import requeue, submit
 from fretsolve.sweep.study.assessment import HDF5_NAME
@@ -215,14 +215,17 @@ def plot_sweep(
         raise CaseError(f"--quantity has no effect on {kind}; leave it out", (), folder)
     if quantity is not None:
         read_quantity(quantity)
-    name = quantity or manifest.quantities[0]
+    name = plain(quantity or manifest.quantities[0])
     target = out or folder / f"{kind if of_condition else name}.png"
     file_format = picture_format(target)
+    over = tuple(text if text in manifest.keys else plain(text) for text in over)
     as_quantities = [text for text in over if text not in manifest.keys]
     for text in as_quantities:
         if text.partition("@")[0] not in ALL_NAMES:
             raise CaseError(f"--over {text}: neither a varied key ({', '.join(manifest.keys)}) nor a quantity")
-    wanted = dict.fromkeys((*manifest.quantities, name, *as_quantities, *(["energy_ratio"] if of_condition else [])))
+    wanted = dict.fromkeys(
+        (*map(plain, manifest.quantities), name, *as_quantities, *(["energy_ratio"] if of_condition else []))
+    )
     table = collect(manifest, tuple(wanted))
     keys = plot.independent_keys(table)
     chosen = over or tuple(keys[: 2 if of_condition else 1])

@@ -21,12 +21,19 @@ OPTIONS = {"step": "--step", "steps": "--step", "at": "--at", "fields": "--field
 """Parameters of the functions that draw, with the options of the command line that set them."""
 
 
+TENSION = "tension"
+"""Name of the point of the surface where the tension is largest over a cycle."""
+
+
 @dataclass(frozen=True)
 class Shown:
-    """The part of a result that is drawn: increments, a point (mm), fields, a body; without one what is usual."""
+    """The part of a result that is drawn: increments, a point (mm), fields, a body; without one what is usual.
+
+    at: x and y, with a depth for a point below the surface, or `TENSION`, the place of largest tension.
+    """
 
     steps: tuple[int, ...] = ()
-    at: tuple[float, float] | None = None
+    at: tuple[float, ...] | str | None = None
     fields: tuple[str, ...] = ()
     body: Body | None = None
 
@@ -72,6 +79,8 @@ class PictureKind(NamedTuple):
             raise PictureError("mp4 needs ffmpeg, which is not on the path: install it, or write a .gif")
         if "step" in self.options and len(shown.steps) > 1:
             raise PictureError(f"shows one increment, not {len(shown.steps)}: give --step once")
+        if self.name == "profiles" and shown.at is not None and len(shown.at) != 2:
+            raise PictureError("shows lines on the surface: --at X,Y is needed")
         given = {**vars(shown), "step": shown.steps[0] if shown.steps else None}
         picture = self.draw(result, sheet, **{name: given[name] for name in self.options})
         if file_format in MOVING:
@@ -96,15 +105,20 @@ _ALL = (
     PictureKind(
         "stress-map", "stresses:stress_map", "Stresses below the contact and on its surface.", ("step", "body")
     ),
-    PictureKind(
-        "stress-cycle", "stresses:stress_cycle", "Stresses at a point of the surface over a cycle.", ("at", "body")
-    ),
+    PictureKind("stress-cycle", "stresses:stress_cycle", "Stresses at a point over a cycle.", ("at", "body")),
     PictureKind(
         "fatigue-map",
-        "stresses:fatigue_map",
+        "fatigue_maps:fatigue_map",
         "Where cracks may begin, by `fretsolve fatigue`.",
         ("fields", "body"),
         beside=".fatigue.h5",
+    ),
+    PictureKind(
+        "crack",
+        "cracks:crack",
+        "Whether a crack goes on, and its life, by `fretsolve crack`.",
+        ("body",),
+        beside=".crack.h5",
     ),
     PictureKind(
         "surface",

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from fretsolve.case.dimensions import smaller_unit
 from fretsolve.case.history import BULK, COMPONENTS
+from fretsolve.post.names import IN_WORDS, PARAMETERS
 from fretsolve.post.plots.canvas import panel_height
 from fretsolve.post.plots.snapshot import VECTORS
 from fretsolve.result import Result
@@ -47,6 +48,9 @@ MOST_INCREMENTS = 60
 CLOSED_FORM: dict[str, Any] = {"color": "0.78", "linewidth": 5.0, "zorder": 1.5}
 """Options of the line of a closed form: a pale band, on which the line that agrees with it lies."""
 
+UPWARDS: dict[str, Any] = {"marker": r"$\uparrow$", "markersize": 8.0, "linestyle": "", "clip_on": False}
+"""Look of an arrow that stands for a value without a bound."""
+
 _DASHES: tuple[Any, ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (8, 3)), (0, (2, 1)))
 _MARKERS = "osD^vPX"
 _LETTERS = {"delta": r"\delta", "phi": r"\varphi", "actuator": "D", "actuator_phi": r"\Phi"}
@@ -63,6 +67,8 @@ _SHORT_NAMES = {
     **{f"stiffness_{axis}": f"stiffness of the rig along {axis}" for axis in "xyz"},
     **{f"stiffness_phi_{axis}": f"stiffness of the rig against turns about {axis}" for axis in "xyz"},
     **{name: f"bulk stress {name[-2:]} in body {body}" for body, names in BULK.items() for name in names},
+    **PARAMETERS,
+    **IN_WORDS,
 }
 """Names that fit on an axis, of columns whose meaning is told at length."""
 
@@ -144,6 +150,13 @@ def physical_name(name: str) -> str:
     """Return a column of the history or a key in words, with its symbol if it is a load component or a bulk stress."""
     meaning = _SHORT_NAMES.get(name) or _LONG_NAMES.get(name) or name.replace("_", " ")
     return f"{meaning} {symbol(name)}" if name in _COMPONENTS else meaning
+
+
+def quantity_label(words: str, units: str) -> str:
+    """Return an axis label with its unit, without one where a number needs none; a parameter of fatigue has "-"."""
+    if units in ("", "1"):
+        return f"{words} (-)" if words.endswith("parameter") else words
+    return f"{words} ({units.replace('um', 'µm').replace('^2', '²')})"
 
 
 def symbol(name: str) -> str:

@@ -225,7 +225,7 @@ def _base(request: StudyRequest, needed: Collection[str]) -> BaseCase:
 
 
 def _without(name: str, text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:
-    """Return a case and overrides that do not ask for stress or fatigue, which take fields."""
+    """Return a case and overrides that do not ask for stress, fatigue or a crack, which take fields."""
     output = text.data.get("output") if isinstance(text.data, dict) else None
     if isinstance(output, dict) and name in output:
         kept = {key: value for key, value in output.items() if key != name}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -114,3 +115,57 @@ def test_maps_are_over_keys_that_vary_apart() -> None:
     assert "energy ratio" not in figure_texts(figure)  # all are below the first contour
     ticks = figure.axes[0].get_yticks()
     assert [figure.axes[0].yaxis.get_major_formatter()(tick) for tick in ticks] == ["100", "200", "400"]
+
+
+INF = float("inf")
+
+
+def lives_of(name: str, units: str, values: Sequence[float]) -> Table:
+    """A sweep over three loads and two displacements with values of a quantity, and their errors."""
+    table, found = table_of(), np.array(values)
+    errors = np.where(np.isinf(found), np.nan, 0.1 * found)
+    return replace(table, found=(Column(name, units, found),), errors=(Column(f"{name} error", units, errors),))
+
+
+def test_run_outs_are_arrows_at_the_top_of_a_logarithmic_axis() -> None:
+    figure = curve(lives_of("swt_life", "cycles", [INF, 1e7, 1e6, 2e5, INF, INF]), "swt_life", LOAD)
+    (axes,) = figure.axes
+    assert (axes.get_yscale(), axes.get_ylabel()) == ("log", "life by SWT (cycles)")
+    arrows = [line for line in axes.lines if "arrow" in str(line.get_marker())]
+    assert [line.get_xdata().tolist() for line in arrows] == [[100.0, 400.0], [400.0]]
+    assert axes.get_xlim()[0] < 100.0 < 400.0 < axes.get_xlim()[1]
+    assert 1e7 < axes.get_ylim()[1] < 1e9
+    # the arrows of two lines at one load stand side by side, above the values
+    places = [line.get_transform().transform(line.get_xydata()[-1]) for line in arrows]
+    assert places[1][0] - places[0][0] > 5.0
+    assert places[0][1] == places[1][1] > axes.transData.transform((400.0, 1e7))[1]
+    assert figure_texts(figure) == [r"$\delta_x$ 1 µm", r"$\delta_x$ 2 µm", "run-out"]
+
+
+def test_a_crack_that_goes_through_and_lives_that_are_all_endless() -> None:
+    figure = curve(lives_of("crack_arrest_length", "mm", [0.0, 0.2, 0.1, 0.3, INF, INF]), "crack_arrest_length", LOAD)
+    assert figure.axes[0].get_ylabel() == "length at which the crack stops (mm)"
+    assert figure_texts(figure)[-1] == "goes through"
+    assert figure.axes[0].get_yscale() == "linear"
+    endless = curve(lives_of("crack_life", "cycles", [INF] * 6), "crack_life", LOAD)
+    assert len(endless.axes[0].get_yticks()) == 0
+    assert figure_texts(endless)[-1] == "run-out"
+
+
+def test_map_of_lives_has_arrows_for_run_outs_and_crosses_for_what_is_missing() -> None:
+    table = lives_of("swt_life", "cycles", [INF, 1e7, 1e6, 2e5, np.nan, 5e5])
+    figure = surface(table, "swt_life", (SHIFT, LOAD))
+    (mesh,) = [artist for artist in figure.axes[0].collections if isinstance(artist, QuadMesh)]
+    assert (mesh.norm.vmin, mesh.norm.vmax) == (2e5, 1e7)
+    crosses, arrows = figure.axes[0].lines
+    assert (crosses.get_xydata().tolist(), arrows.get_xydata().tolist()) == ([[1.0, 400.0]], [[1.0, 100.0]])
+    assert figure_texts(figure) == ["run-out"]
+
+
+def test_parameters_have_their_names_and_units_on_the_axis() -> None:
+    labels = {
+        ("fatemi_socie_max", "1"): "largest Fatemi-Socie parameter (-)",
+        ("ruiz_1_max", "MPa^2 mm"): "largest Ruiz's first parameter (MPa² mm)",
+    }
+    for (name, units), label in labels.items():
+        assert curve(lives_of(name, units, [1.0] * 6), name, LOAD).axes[0].get_ylabel() == label

@@ -120,7 +120,9 @@ def test_a_sweep_collects_the_largest_parameters(swept, tmp_path):
     (tmp_path / "s.yaml").write_text(text.replace("findley_max, crossland_max, swt_max, ", ""))
     assert "output.stress in the case is needed" in refused(2, "sweep", "run", tmp_path / "s.yaml")
     (tmp_path / "s.yaml").write_text(text.replace("findley_max", "findley_max@2"))
-    assert "findley_max is that of the last cycle; leave @2 out" in refused(2, "sweep", "run", tmp_path / "s.yaml")
+    assert "findley_max has one value of the whole run, not one of each stage; leave @2 out" in refused(
+        2, "sweep", "run", tmp_path / "s.yaml"
+    )
 
 
 @pytest.mark.slow

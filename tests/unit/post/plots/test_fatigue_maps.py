@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 from command_line import invoke, refused, result_of
+from line_cases import LINE
+from pictures import figure_texts
 from small_cases import LOOP, write_case
 
 from fretsolve import open_result
@@ -11,13 +13,19 @@ from fretsolve.errors import PictureError
 from fretsolve.post.plots import fatigue_map
 
 KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,young_modulus=200 GPa,poisson_ratio=0.3"
+STEEL = """\
+{tension_limit: 300 MPa, torsion_limit: 190 MPa, young_modulus: 200 GPa, poisson_ratio: 0.3, strain_life:
+{strength: 900 MPa, strength_exponent: -0.09, ductility: 0.5, ductility_exponent: -0.6}}
+"""
 
 
 @pytest.fixture(scope="module")
 def solved(tmp_path_factory):
     """A result with Findley's parameter, which is above its limit somewhere, and SWT's, which has none."""
     out = result_of(write_case(tmp_path_factory.mktemp("maps"), LOOP, "loop.yaml"), "--set", "friction=0.4")
-    words = ("--material", KEYS, "--criterion", "swt,findley", "-q")
+    material = out.with_name("steel.yaml")
+    material.write_text(STEEL)
+    words = ("--material", material, "--criterion", "swt,findley", "-q")
     assert invoke("fatigue", out, *words).exit_code == 0
     return out
 
@@ -30,11 +38,57 @@ def test_section_and_layer_go_through_the_worst_place(solved):
     with open_result(solved) as result:
         figure = fatigue_map(result, fields=["findley"])
     section, layer = figure.axes[:2]
-    np.testing.assert_allclose(section.lines[0].get_xydata(), [(x, depth)])
+    contact, worst, trace = section.lines
+    np.testing.assert_allclose(worst.get_xydata(), [(x, depth)])
     np.testing.assert_allclose(layer.lines[0].get_xydata(), [(x, y)])
-    along = np.diff(section.lines[1].get_xydata(), axis=0)[0]
+    along = np.diff(trace.get_xydata(), axis=0)[0]
     assert abs(along @ normal[[0, 2]]) < 1e-9 * np.linalg.norm(along)
     assert section.collections[0].norm.vmax == pytest.approx(used.max())
+    # The bar of the contact is as wide as the contact, and ends inside the picture.
+    touching = contact.get_xdata()[np.isfinite(contact.get_ydata())]
+    with open_result(solved) as result:
+        zone, row = result.field("zone"), int(np.abs(result.y - y).argmin())
+    np.testing.assert_allclose(touching, result_x(solved)[zone[:, row] > 0], atol=1e-12)
+    low, high = section.get_xlim()
+    assert low < touching[0] or touching[-1] < high
+    assert section.child_axes[0].get_ylabel().replace("\n", " ") == "Findley parameter over its limit"
+
+
+def result_x(path):
+    """The cells' middles along x."""
+    with open_result(path) as result:
+        return result.x
+
+
+def test_lives_are_logarithmic_and_white_where_they_do_not_end(solved):
+    with h5py.File(solved.with_name("loop.fatigue.h5")) as file:
+        life = file["fatigue/body_2/swt_life"][()]
+    assert np.isinf(life).any()
+    with open_result(solved) as result:
+        figure = fatigue_map(result, fields=["swt-life"])
+    image = figure.axes[1].images[0]
+    finite = np.isfinite(life[0])
+    assert (np.ma.getmaskarray(image.get_array()) == ~finite.T).all()
+    assert (image.norm.vmin, image.norm.vmax) == (life[0][finite].min(), life[0][finite].max())
+    assert image.cmap.get_bad().tolist() == [1.0, 1.0, 1.0, 1.0]
+    assert figure.axes[1].child_axes[0].get_ylabel() == "life by SWT (cycles)"
+    assert "white: run-out" in figure_texts(figure)
+
+
+def test_a_line_contact_shows_its_hot_spot_in_the_whole_contact(tmp_path):
+    out = result_of(write_case(tmp_path, LINE, "line.yaml"))
+    assert invoke("fatigue", out, "--material", KEYS, "--criterion", "swt", "-q").exit_code == 0
+    with open_result(out) as result:
+        figure, half = fatigue_map(result), float(result.history["contact_radius"][-1])
+    spot, whole = figure.axes[:2]
+    (frame,) = whole.patches
+    assert (frame.get_x(), frame.get_x() + frame.get_width()) == pytest.approx(spot.get_xlim())
+    assert frame.get_height() == pytest.approx(spot.get_ylim()[0])
+    # The tension of body 2 is largest at its trailing edge, where the picture is small against the contact.
+    assert spot.get_xlim()[0] < -half < spot.get_xlim()[1]
+    assert np.ptp(spot.get_xlim()) < half
+    assert whole.get_xlim()[0] < -half < half < whole.get_xlim()[1]
+    assert spot.child_axes[0].get_ylabel().replace("\n", " ") == "SWT parameter (MPa)"
 
 
 @pytest.mark.slow
