@@ -26,10 +26,11 @@ from fretsolve.cli.case_summary import (
 from fretsolve.elastic.kernels import compile_seconds
 from fretsolve.errors import printable
 from fretsolve.post.export.remarks import spot_warnings, warning_of_wear
+from fretsolve.post.stress.yielding import yield_lines
 from fretsolve.problem.setup.cost_estimate import expected_increments
 from fretsolve.problem.setup.map_warnings import hole_warnings
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.warnings import case_warnings, warning_of_result
+from fretsolve.problem.setup.warnings import case_warnings, foreseen_yield, warning_of_result
 from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_the_grid
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
@@ -102,6 +103,14 @@ class QuietMessages:
             widest = max(result.steps, key=lambda step: result.history["contact_cells"][step])
             yield from hole_warnings(self.setup, result.field("pressure", widest) > 0.0)
 
+    def _yielding(self, result: Result) -> Iterator[str]:
+        """Yield a line for each body that yields, except for bodies whose stresses are computed and tell it then."""
+        case = self.setup.case
+        stress = case.output.stress if result.status == "complete" else None
+        later = () if stress is None else stress.bodies or ((1,) if case.bodies[1] == "rigid" else (2,))
+        lines = yield_lines(result, foreseen_yield(self.setup))
+        yield from (text for body, text in lines.items() if body not in later)
+
     def _report(self, result: Result, reached: Verdict | None) -> None:
         too_few = warning_of_result(self.setup, result.history["contact_cells"])
         for text in (too_few, *self._holes(result), reached if reached and not reached.met else None):
@@ -116,6 +125,8 @@ class QuietMessages:
         if "spots" in result.history:
             for text in spot_warnings(result.history):
                 self.warn(text)
+        for text in self._yielding(result):
+            self.warn(text)
         for text, periodic in result.cycles.outcomes if result.cycles is not None else ():
             if not periodic:
                 self.warn(text)

@@ -22,10 +22,12 @@ from fretsolve.post.export.selection import stored_step
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
 from fretsolve.post.fatigue.material import placed, read_material
 from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, stresses_of_cycle
+from fretsolve.post.fatigue.shakedown import ShakedownSearch
+from fretsolve.post.fatigue.shakedown import yield_stresses as bearable
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, not_closed, stress_cycles, stresses_beside
 from fretsolve.post.names import CRITERIA, INVARIANTS, OUTERMOST, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import opened_computed
-from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_of, states_of, whole_path_note
+from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_from_text, cycles_of, states_of, whole_path_note
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.peaks import Key, Peak
 from fretsolve.post.stress.request import (
@@ -38,8 +40,9 @@ from fretsolve.post.stress.request import (
     stress_request,
     warnings_of,
 )
-from fretsolve.post.stress.stress_file import write_stress
+from fretsolve.post.stress.stress_file import bodies_of, write_stress
 from fretsolve.post.stress.tractions import TractionHistory
+from fretsolve.post.stress.yielding import computed_lines, yield_lines, yield_stresses
 from fretsolve.problem.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -124,12 +127,40 @@ def stress_of_result(options: StressOptions) -> int:
         steps = _increments(result, options)
         request = stress_request(tractions, steps, bodies, depths, options.plane, options.window_choice)
         write_with_messages(tractions, request, order)
+        if options.cycle is not None and (limits := yield_stresses(result)):
+            _tell_shakedown(_searched(order.target, cycle_choice(options.cycle), limits), result.path, order.quiet)
     return 0
+
+
+def _searched(stresses: Path, choice: CycleChoice, limits: Mapping[int, float]) -> ShakedownSearch:
+    """Return the widest paths over the chosen cycles in a file of stresses; limits: yield stresses of bodies."""
+    search = ShakedownSearch(limits)
+    with opened_computed(stresses) as file:
+        assert file is not None  # it has just been written
+        cycles = chosen(cycles_from_text(file.attributes["cycles"]), choice)
+        for number, body in bodies_of(file).items():
+            for cycle in (StressCycle(stresses, body, one) for one in cycles if number in limits):
+                for depth, stress in enumerate(cycle.layers()):
+                    search.add(number, cycle, depth, stress)
+    return search
+
+
+def _tell_shakedown(search: ShakedownSearch, out: Path, quiet: bool) -> None:
+    """Print whether elastic shakedown is possible, as a warning where it is not; out: the file that warnings name."""
+    for path in search:
+        if not path.possible:
+            print_warnings(out, str(path))
+        elif not quiet:
+            print(path)
 
 
 def write_with_messages(tractions: TractionHistory, request: StressRequest, order: FileOrder) -> None:
     """Write the stresses that a request asks for, and print the largest ones. Raises CaseError, FileError."""
     peaks = compute_with_messages(tractions, request, order)
+    result = tractions.result
+    certain = yield_lines(result, dict.fromkeys(request.bodies, math.inf))  # what is about so is computed
+    lines = {**certain, **computed_lines(result, request, peaks)}
+    print_warnings(result.path, *(lines[body] for body in request.bodies if body in lines))
     if not order.quiet:
         for line in peak_lines(request, peaks):
             print(line)
@@ -294,7 +325,8 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     """Write the parameters of cycles, and print the worst places; out: the file that warnings name."""
     shown = not order.quiet and sys.stdout.isatty()
     with counting_bar("layers", cycles.layers, shown=shown) as show, writing(order.target):
-        worst, widest = write_fatigue(cycles, order.target, show, exclusive=order.exclusive)
+        shakedown = ShakedownSearch(bearable(cycles))
+        worst, widest = write_fatigue(cycles, order.target, show, shakedown=shakedown, exclusive=order.exclusive)
     average = cycles.request.average
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
@@ -303,6 +335,8 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     if not order.quiet:
         for line in worst_lines(cycles.of_body, worst, cycles.request.average):
             print(line)
+    _tell_shakedown(shakedown, out, order.quiet)
+    if not order.quiet:
         print(order.target, flush=True)
 
 

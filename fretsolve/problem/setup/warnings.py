@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.dimensions import cell_counts, percent
+from fretsolve.case.dimensions import cell_counts, in_small_unit, percent
 from fretsolve.case.history import ACTUATORS, PAIRS
 from fretsolve.case.keys.body_specs import PunchSurface
+from fretsolve.case.keys.unrolled_path import stage_friction
 from fretsolve.case.quantities import QuantityError, split_quantity
 from fretsolve.errors import KeyPath, dotted
 from fretsolve.problem.friction.limit import friction_warnings, largest_share
@@ -38,6 +39,7 @@ from fretsolve.problem.setup.rig_warnings import about_rig
 from fretsolve.problem.setup.wear_warnings import LARGEST_MOTION, wear_warnings
 from fretsolve.problem.surface.edges import CYLINDER_END, depth_in_rounding, flat_part, rounding
 from fretsolve.reference.hertz import HertzLine, LineContact
+from fretsolve.reference.yielding import yield_onset
 from fretsolve.system.arrays import DoubleArray
 
 LARGEST_SIZE = 0.1
@@ -45,10 +47,6 @@ LARGEST_SIZE = 0.1
 about the same at this slope of a cone, and at this approach of a punch over its radius."""
 
 HOLD_TO = "half-spaces and linear elasticity hold to about"
-
-SPHERE_YIELD, LINE_YIELD = 1.6, 1.67
-"""Largest Hertz pressure over the yield stress at which a body of Poisson's ratio 0.3 begins to yield under a sphere
-and a cylinder; Johnson, Contact Mechanics (1985), section 6.1 (Tresca). An ellipse lies between both."""
 
 FEWEST_CELLS, FEWEST_STICK_CELLS, FEWEST_END_CELLS = 20, 3, 2
 """Cells across the contact below which results are off by per cents; across the stick zone for its size to count; in
@@ -237,22 +235,63 @@ def _about_motions(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_yield(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of a Hertz contact that would yield below the surface, where a body gives its yield stress."""
-    stresses = [getattr(body, "yield_stress", None) for body in setup.case.bodies]
-    if not any(stresses):
+    """Warn of a Hertz contact in which a body yields below the surface, or may yield at the surface by friction."""
+    found = _hertz_pressure(setup)
+    if found is None:
         return
-    pressure, factor = 0.0, SPHERE_YIELD
-    if setup.closed_forms.largest is not None:
-        pressure = setup.closed_forms.largest.max_pressure
-    elif isinstance(line := line_contact(setup), HertzLine):
-        pressure, factor = line.max_pressure, LINE_YIELD
-    for number, stress in enumerate(stresses):
-        limit = factor * (stress or math.inf)
-        if pressure > limit:
-            yield (
-                f"bodies.{number}.yield_stress: p0 = {pressure:.4g} MPa is above {factor:g} times the yield stress,"
-                f" {limit:.4g} MPa, from where body {number + 1} yields below the surface: the solution is elastic"
+    pressure, width, line = found
+    shear = _largest_shear(setup, pressure)
+    for number, body in enumerate(setup.case.bodies):
+        if body == "rigid" or (limit := body.yield_stress) is None:
+            continue
+        onset, texts = yield_onset(body.poisson_ratio, line=line), []
+        if pressure > onset.pressure * limit:
+            texts.append(
+                f"p0 = {pressure:.4g} MPa is above {onset.pressure:.4g} times the yield stress,"
+                f" {onset.pressure * limit:.4g} MPa, from where body {number + 1} yields below the surface, at a depth"
+                f" of {in_small_unit(onset.depth * width, 3)}"
             )
+        if math.sqrt(3.0) * shear > limit:
+            texts.append(
+                f"friction carries up to {shear:.4g} MPa of shear, and body {number + 1} bears"
+                f" {limit / math.sqrt(3.0):.4g} MPa, the yield stress over sqrt(3): it may yield at the surface"
+            )
+        if texts:
+            yield f"bodies.{number}.yield_stress: {'; '.join(texts)}; the solution is elastic"
+
+
+def foreseen_yield(setup: ProblemSetup) -> dict[int, float]:
+    """Return Hertz's largest pressure (MPa) for each body (1, 2) that yields below, as `case_warnings` tells."""
+    if (found := _hertz_pressure(setup)) is None:
+        return {}
+    pressure, _, line = found
+    return {
+        number: pressure
+        for number, body in enumerate(setup.case.bodies, start=1)
+        if body != "rigid" and body.yield_stress is not None
+        if pressure > yield_onset(body.poisson_ratio, line=line).pressure * body.yield_stress
+    }
+
+
+def _hertz_pressure(setup: ProblemSetup) -> tuple[float, float, bool] | None:
+    """Return p0 (MPa) of Hertz's largest contact, its radius or half-width (mm), and whether it is a line."""
+    if all(body == "rigid" or body.yield_stress is None for body in setup.case.bodies):
+        return None
+    if (hertz := setup.closed_forms.largest) is not None:
+        return hertz.max_pressure, hertz.contact_radius, False
+    line = line_contact(setup)
+    return (line.max_pressure, line.half_width, True) if isinstance(line, HertzLine) else None
+
+
+def _largest_shear(setup: ProblemSetup, pressure: float) -> float:
+    """Return the most shear (MPa) that friction of known coefficients carries under a pressure; 0 without shear."""
+    friction = setup.case.friction
+    if not setup.model.has_shear or friction.exponent is not None:
+        return 0.0
+    known = (friction.coefficient, *(friction.pair or ()), friction.initial, friction.final)
+    known += (*stage_friction(setup.case.load_path), *(value for _, value in friction.cycles or ()))
+    coefficients = [one for one in known if isinstance(one, float)]
+    return min(pressure * max(coefficients, default=0.0), friction.shear_limit or math.inf)
 
 
 def line_contact(setup: ProblemSetup) -> LineContact | None:
