@@ -3,28 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, get_args
 
-from fretsolve.case.keys.output_spec import CriterionName
-
-CRITERIA: tuple[CriterionName, ...] = get_args(CriterionName)
-"""Names of the criteria."""
-
-
-def dataset_name(criterion: str) -> str:
-    """Return the name of a criterion in files, such as dang_van."""
-    return criterion.replace("-", "_")
-
-
-LIFE_NAMES = {"swt_life": "swt", "fatemi_socie_life": "fatemi-socie"}
-"""Names of the shortest lives by criteria with a life curve, which sweeps collect, with their criteria."""
-
-CRACK_NAMES = ("crack_arrest_length", "crack_life")
-"""What sweeps collect of a crack: the length (mm) at which it stops, 0 without one and inf where it goes through, and
-its life in cycles."""
-
-WORST_NAMES = {f"{dataset_name(criterion)}_max": criterion for criterion in CRITERIA}
-"""Names of the largest values of the parameters, which sweeps collect, with their criteria."""
+from fretsolve.case.keys.quantity_names import CRACK_NAMES as CRACK_NAMES
+from fretsolve.case.keys.quantity_names import CRITERIA as CRITERIA
+from fretsolve.case.keys.quantity_names import INVARIANTS as INVARIANTS
+from fretsolve.case.keys.quantity_names import LIFE_NAMES as LIFE_NAMES
+from fretsolve.case.keys.quantity_names import PEAK_NAMES as PEAK_NAMES
+from fretsolve.case.keys.quantity_names import WORST_NAMES as WORST_NAMES
+from fretsolve.case.keys.quantity_names import Invariant as Invariant
+from fretsolve.case.keys.quantity_names import dataset_name as dataset_name
 
 
 def fatigue_path(source: Path) -> Path:
@@ -37,15 +24,8 @@ def crack_path(result: Path) -> Path:
     return result.with_suffix(".crack.h5")
 
 
-Invariant = Literal["mises", "tension", "tresca"]
-
-INVARIANTS: tuple[Invariant, ...] = ("mises", "tension", "tresca")
-
 OUTERMOST = "in the last cells that were looked at: it may be larger beyond; a larger --window shows"
 """What is said of a largest value at the end of the window."""
-
-PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)
-"""Columns with the largest stresses."""
 
 
 def stress_path(result: Path) -> Path:

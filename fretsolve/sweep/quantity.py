@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from fretsolve.case.cycle_quantities import ACTUATOR
 from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import ACTUATORS, COMPONENTS, DISPLACEMENTS, HISTORY_DIMENSIONS, OF_RIG, SHEARING
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.other_names import nearest
 from fretsolve.errors import CaseError
 from fretsolve.post.names import PEAK_NAMES, WORST_NAMES
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.cycles.rows import ACTUATOR
 from fretsolve.result.cycles.table import AT_ACTUATOR, CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, RIG_ERRORS, RIG_HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED
@@ -136,17 +137,21 @@ def usual_quantities(setup: ProblemSetup, stages: Sequence[int] = ()) -> tuple[S
     ends = stages or [len(setup.load_path.last_steps)]
     found = [StageQuantity(name, stage) for name in _moved(setup) for stage in ends] + list(expected_values(setup))
     imposed = setup.load_path.imposed
-    return in_order([quantity for quantity in found if quantity.name not in imposed[quantity.stage - 1]])
+    last = len(imposed)
+    return in_order([quantity for quantity in found if quantity.name not in imposed[min(quantity.stage, last) - 1]])
 
 
 def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
     """Return what the case expects; of two values of one quantity the first."""
     last = len(setup.load_path.last_steps)
-    return {
-        StageQuantity(one.quantity, one.stage or last): one.value
-        for one in reversed(setup.case.expect)
-        if one.quantity in NAMES
-    }
+    return {quantity_of(one, last): one.value for one in reversed(setup.case.expect) if one.quantity in ALL_NAMES}
+
+
+def quantity_of(expected: Expectation, stages: int) -> StageQuantity:
+    """Return what a case expects as a quantity at the end of one of `stages`, or of a cycle."""
+    if expected.quantity in CYCLE_NAMES:
+        return StageQuantity(expected.quantity, expected.cycle or LAST_STAGE)
+    return StageQuantity(expected.quantity, expected.stage or stages)
 
 
 def listed(quantities: Iterable[StageQuantity]) -> str:

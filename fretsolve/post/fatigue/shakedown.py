@@ -56,7 +56,11 @@ class WidestPath:
         error = "" if math.isinf(self.error) else f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}"
         x, y, depth = self.place
         mean = ", of averaged stresses" if self.averaged else ""
-        more = "; residual stresses in equilibrium may not reach it (Melan)" if self.possible else " (Melan)"
+        more = (
+            "; necessary, not sufficient, as residual stresses must be in equilibrium (Melan)"
+            if self.possible
+            else " (Melan)"
+        )
         return (
             f"body {self.body}: elastic shakedown {verdict}: the widest path of the deviator{at_place(x, y)}, depth"
             f" {depth:.4g} mm{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa"
