@@ -64,7 +64,7 @@ class WidestPath:
         return (
             f"body {self.body}: elastic shakedown {verdict}: the widest path of the deviator{at_place(x, y)}, depth"
             f" {depth:.4g} mm{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa"
-            f" (yield stress {self.limit:g} MPa){more}"
+            f" (Melan; yield stress {self.limit:g} MPa){more}"
         )
 
 
