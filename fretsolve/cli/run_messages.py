@@ -26,7 +26,6 @@ from fretsolve.cli.case_summary import (
 from fretsolve.elastic.kernels import compile_seconds
 from fretsolve.errors import printable
 from fretsolve.post.export.remarks import spot_warnings, warning_of_wear
-from fretsolve.post.stress.yielding import yield_lines
 from fretsolve.problem.setup.cost_estimate import expected_increments
 from fretsolve.problem.setup.map_warnings import hole_warnings
 from fretsolve.problem.setup.problem import ProblemSetup
@@ -106,6 +105,10 @@ class QuietMessages:
     def _yielding(self, result: Result) -> Iterator[str]:
         """Yield a line for each body that yields, except for bodies whose stresses are computed and tell it then."""
         case = self.setup.case
+        if all(body == "rigid" or body.yield_stress is None for body in case.bodies):
+            return
+        from fretsolve.post.stress.yielding import yield_lines  # other cases do not need it
+
         stress = case.output.stress if result.status == "complete" else None
         later = () if stress is None else stress.bodies or ((1,) if case.bodies[1] == "rigid" else (2,))
         lines = yield_lines(result, foreseen_yield(self.setup))

@@ -6,6 +6,7 @@ a line contact the largest von Mises stress may also lie on the surface, where n
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import NamedTuple
 
@@ -20,7 +21,7 @@ DEEPEST = 2.0
 class YieldOnset(NamedTuple):
     """Largest pressure over the yield stress at which a body begins to yield, and the depth over a at which it does.
 
-    a is the radius of a circle, or the half-width of a line.
+    a is the radius of a circle, the half-width of a line, or the shorter semi-axis of an ellipse.
     """
 
     pressure: float
@@ -28,9 +29,22 @@ class YieldOnset(NamedTuple):
 
 
 @cache
-def yield_onset(poisson_ratio: float, *, line: bool) -> YieldOnset:
-    """Return where a body begins to yield under Hertz's pressure on a circle or a line (plane strain)."""
-    mises = _mises_of_line if line else _mises_of_circle
+def yield_onset(poisson_ratio: float, axis_ratio: float = 1.0) -> YieldOnset:
+    """Return where a body begins to yield under Hertz's pressure.
+
+    axis_ratio: the shorter semi-axis over the longer one: 1 for a circle, 0 for a line in plane strain. Between both
+    the onset is interpolated. The stress of cells agrees: pressures are within 1.5 % for nu from 0.2 to 0.45 and up to
+    8 % too low at 0.1, where lines yield at the surface; depths are within 0.1 a from 0.2 on.
+    """
+    circle, line = _largest(_mises_of_circle, poisson_ratio), _largest(_mises_of_line, poisson_ratio)
+    return YieldOnset(
+        circle.pressure + (line.pressure - circle.pressure) * (1.0 - axis_ratio) ** 3,
+        circle.depth + (line.depth - circle.depth) * (1.0 - axis_ratio**2),
+    )
+
+
+def _largest(mises: Callable[[DoubleArray, float], DoubleArray], poisson_ratio: float) -> YieldOnset:
+    """Return where the von Mises stress below the middle of a contact is largest."""
     low, high = 0.0, DEEPEST
     for _ in range(8):  # each look is 50 times finer
         depths = np.linspace(low, high, 101)

@@ -17,10 +17,11 @@ from pydantic import (
 )
 
 from fretsolve.case.base import CaseModel, Count, Named, refused_at, require_either
+from fretsolve.case.cycle_quantities import ACTUATOR
 from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
 from fretsolve.case.keys.quantity_names import EXPECTED_DIMENSIONS, dataset_name
-from fretsolve.case.other_names import nearest
+from fretsolve.case.other_names import close_name
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 
 SINGLE_TOLERANCE = 1e-4
@@ -86,7 +87,12 @@ def _known_quantity(name: str) -> str:
         as_run = found.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
         counts = {known for known, dimension in HISTORY_DIMENSIONS.items() if dimension == NUMBER}  # they are rare
         known = [name for name in EXPECTED_DIMENSIONS if name not in counts]
-        advice = f"values as run are: {as_run} is needed" if as_run in known else nearest(found, known)
+        others = [name for name in known if name not in HISTORY_DIMENSIONS and not name.startswith(ACTUATOR)]
+        advice = f"a scalar of the history, such as stick_radius, or one of {', '.join(others)} is needed"
+        if (meant := close_name(found, known)) is not None:
+            advice = f"did you mean {meant!r}?"
+        if as_run in known:
+            advice = f"values as run are: {as_run} is needed"
         raise refused(f"{shown(name)} is not a quantity that can be compared; {advice}")
     return found
 

@@ -23,6 +23,7 @@ from fretsolve.post.export.remarks import (
     spot_warnings,
     spots_of,
     wear_totals,
+    yield_warnings,
 )
 from fretsolve.post.export.report_tables import (
     TextColumn,
@@ -41,7 +42,6 @@ from fretsolve.post.export.selection import (
     total_cost,
     unit_for_people,
 )
-from fretsolve.post.stress.yielding import yield_lines
 from fretsolve.result import Result
 from fretsolve.result.state import ERROR_SUFFIX, stage_ends
 from fretsolve.result.verdict import verdict_of, why_no_bars
@@ -90,7 +90,7 @@ def print_report(
     for table in tables:
         console.print()
         console.print(table)
-    warnings = [*spot_warnings(result.history), *yield_lines(result).values()] if heading else []
+    warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
     for line in (*_totals(result), *about_spots(spots), *warnings):
         console.print(escape(line), soft_wrap=True)
 

@@ -25,9 +25,6 @@ if TYPE_CHECKING:
 
 ELASTIC = "the solution is elastic"
 
-SLIM = 0.25
-"""Width over length of a contact below which its middle is stressed like the middle of a line."""
-
 MORE = 1.05
 """A largest pressure over the largest pressure of the closed form above which the closed form did not foresee it."""
 
@@ -91,22 +88,23 @@ def _of_pressure(result: Result, body: int, limit: float, foreseen: float) -> st
     bearable = onset.pressure * limit
     if largest <= max(bearable, MORE * foreseen):
         return ""
-    width = "half-width" if _is_line(result) else "radius"
     return (
         f"below the surface, if pressure falls off about as Hertz's does: {largest:.4g} MPa"
         f"{_place(result, 'pressure', step)} in increment {step} is {_times(largest / bearable)} the {bearable:.4g} MPa"
         f" ({onset.pressure:.4g} times the yield stress {limit:g} MPa) from where Hertz's pressure yields a body, at a"
-        f" depth of {onset.depth:.3g} times the {width} of the contact there"
+        f" depth of {onset.depth:.3g} times half the width of the contact there"
     )
 
 
 def _onset(result: Result, body: int, step: int) -> YieldOnset:
-    """Return the onset of yield below a line or a slim contact, or below a spot of contact."""
+    """Return the onset of yield below a contact of the widths of an increment; spots count as round."""
     history = result.history
-    widths = [float(history[f"contact_half_width_{axis}"][step]) for axis in "xy"]
-    slim = min(widths) < SLIM * max(widths) and int(history["spots"][step] if "spots" in history else 1) == 1
-    ratio = result.effective_case["bodies"][body - 1]["poisson_ratio"]
-    return yield_onset(ratio, line=_is_line(result) or slim)
+    ratio = 0.0
+    if not _is_line(result):
+        widths = sorted(float(history[f"contact_half_width_{axis}"][step]) for axis in "xy")
+        single = "spots" not in history or int(history["spots"][step]) <= 1
+        ratio = widths[0] / widths[1] if single and widths[1] > 0.0 else 1.0
+    return yield_onset(result.effective_case["bodies"][body - 1]["poisson_ratio"], ratio)
 
 
 def _is_line(result: Result) -> bool:

@@ -239,15 +239,15 @@ def _about_yield(setup: ProblemSetup) -> Iterator[str]:
     found = _hertz_pressure(setup)
     if found is None:
         return
-    pressure, width, line = found
-    shear = _largest_shear(setup, pressure)
+    pressure, width, ratio = found
+    shear, about = _largest_shear(setup, pressure), "about " if 0.0 < ratio < 1.0 else ""
     for number, body in enumerate(setup.case.bodies):
         if body == "rigid" or (limit := body.yield_stress) is None:
             continue
-        onset, texts = yield_onset(body.poisson_ratio, line=line), []
+        onset, texts = yield_onset(body.poisson_ratio, ratio), []
         if pressure > onset.pressure * limit:
             texts.append(
-                f"p0 = {pressure:.4g} MPa is above {onset.pressure:.4g} times the yield stress,"
+                f"p0 = {pressure:.4g} MPa is above {about}{onset.pressure:.4g} times the yield stress,"
                 f" {onset.pressure * limit:.4g} MPa, from where body {number + 1} yields below the surface, at a depth"
                 f" of {in_small_unit(onset.depth * width, 3)}"
             )
@@ -264,23 +264,23 @@ def foreseen_yield(setup: ProblemSetup) -> dict[int, float]:
     """Return Hertz's largest pressure (MPa) for each body (1, 2) that yields below, as `case_warnings` tells."""
     if (found := _hertz_pressure(setup)) is None:
         return {}
-    pressure, _, line = found
+    pressure, _, ratio = found
     return {
         number: pressure
         for number, body in enumerate(setup.case.bodies, start=1)
         if body != "rigid" and body.yield_stress is not None
-        if pressure > yield_onset(body.poisson_ratio, line=line).pressure * body.yield_stress
+        if pressure > yield_onset(body.poisson_ratio, ratio).pressure * body.yield_stress
     }
 
 
-def _hertz_pressure(setup: ProblemSetup) -> tuple[float, float, bool] | None:
-    """Return p0 (MPa) of Hertz's largest contact, its radius or half-width (mm), and whether it is a line."""
+def _hertz_pressure(setup: ProblemSetup) -> tuple[float, float, float] | None:
+    """Return p0 (MPa) of Hertz's largest contact, its shorter semi-axis (mm), and this over the longer one."""
     if all(body == "rigid" or body.yield_stress is None for body in setup.case.bodies):
         return None
     if (hertz := setup.closed_forms.largest) is not None:
-        return hertz.max_pressure, hertz.contact_radius, False
+        return hertz.max_pressure, min(hertz.semi_axes), min(hertz.semi_axes) / max(hertz.semi_axes)
     line = line_contact(setup)
-    return (line.max_pressure, line.half_width, True) if isinstance(line, HertzLine) else None
+    return (line.max_pressure, line.half_width, 0.0) if isinstance(line, HertzLine) else None
 
 
 def _largest_shear(setup: ProblemSetup, pressure: float) -> float:

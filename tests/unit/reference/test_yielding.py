@@ -27,24 +27,28 @@ from fretsolve.reference.yielding import yield_onset
     ],
 )
 def test_onset(nu: float, line: bool, pressure: float, depth: float) -> None:
-    onset = yield_onset(nu, line=line)
+    onset = yield_onset(nu, 0.0 if line else 1.0)
     assert onset.pressure == pytest.approx(pressure, abs=6e-5)
     assert onset.depth == pytest.approx(depth, abs=6e-4)
 
 
-@pytest.mark.parametrize("line", [False, True])
-def test_the_stress_of_cells_is_largest_there(line: bool) -> None:
-    """Half a contact radius has 40 cells; the middle lies in a cell."""
-    cells = 41 if not line else 161
-    h = 2.1 / cells
-    grid = Grid(cells, 1 if line else cells, h, h)
-    r = np.hypot(grid.x[:, None], 0.0 * grid.x[:1] if line else grid.y[None, :])
-    pressure = np.sqrt(np.maximum(1.0 - r**2, 0.0))
-    onset = yield_onset(0.3, line=line)
+@pytest.mark.parametrize(
+    ("ratio", "of_pressure", "of_depth"), [(0.0, 3e-3, 0.02), (0.25, 3e-3, 0.03), (0.6, 5e-3, 0.06), (1.0, 3e-3, 0.02)]
+)
+def test_the_stress_of_cells_is_largest_there(ratio: float, of_pressure: float, of_depth: float) -> None:
+    """The shorter semi-axis is 1; the middle lies in a cell."""
+    length = 1.0 / ratio if ratio else 1.0
+    nx, ny = (161, 1) if ratio == 0.0 else (61, 41)
+    grid = Grid(nx, ny, 2.1 * length / nx, 2.1 / ny if ratio else 2.1 / nx)
+    across = (grid.y if ratio else np.zeros(1))[None, :]
+    pressure = np.sqrt(np.maximum(1.0 - (grid.x[:, None] / length) ** 2 - across**2, 0.0))
+    onset = yield_onset(0.3, ratio)
 
     def mises(depth: float) -> float:
-        influence = point_influence(grid, (0.0, 0.0, depth), 0.3, 2, ("p",), plane_strain=line)
+        influence = point_influence(grid, (0.0, 0.0, depth), 0.3, 2, ("p",), plane_strain=ratio == 0.0)
         return float(von_mises(influence.stress({"p": pressure})))
 
-    assert mises(onset.depth) == pytest.approx(1.0 / onset.pressure, rel=3e-3)
-    assert mises(onset.depth) > max(mises(0.9 * onset.depth), mises(1.1 * onset.depth))
+    depths = np.linspace(0.4, 0.8, 41)
+    values = [mises(depth) for depth in depths]
+    assert max(values) == pytest.approx(1.0 / onset.pressure, rel=of_pressure)
+    assert depths[int(np.argmax(values))] == pytest.approx(onset.depth, abs=of_depth)

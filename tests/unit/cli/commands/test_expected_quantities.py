@@ -144,3 +144,8 @@ def test_expected_values_have_units(quantity: str, value: object, internal: floa
     found = Expectation.model_validate({"quantity": quantity, "value": value, "rel": 0.1})
     assert found.value == pytest.approx(internal, rel=1e-12)
     assert found.quantity == quantity.replace("-", "_")
+
+
+def test_a_name_that_is_near_nothing_lists_what_can_be_expected() -> None:
+    with pytest.raises(ValueError, match=r"or one of dissipated_energy, .*, max_mises, .*, swt_life, .* is needed"):
+        Expectation.model_validate({"quantity": "zzz", "value": 1, "rel": 0.1})

@@ -72,7 +72,7 @@ def test_pressure_of_a_rough_sphere_is_told(tmp_path: Path) -> None:
     one, two = warnings(tmp_path, ROUGH)
     assert one.startswith("body 1 yields below the surface, if pressure falls off about as Hertz's does: ")
     assert " of the 1464 MPa" not in one and " times the 1464 MPa (1.664 times the yield stress 880 MPa)" in one
-    assert one.endswith("at a depth of 0.495 times the radius of the contact there; the solution is elastic")
+    assert one.endswith("at a depth of 0.495 times half the width of the contact there; the solution is elastic")
     largest = float(one.partition("does: ")[2].split()[0])
     assert largest > 1.5 * 1464
     assert ratio_of(one, " times the 1464 MPa") == pytest.approx(largest / 1464, rel=0.01)
@@ -85,7 +85,7 @@ def test_pressure_at_the_edge_of_a_worn_contact_is_told(tmp_path: Path) -> None:
     (line,) = warnings(tmp_path, WORN)
     assert line.startswith("body 1 yields below the surface, if pressure falls off about as Hertz's does: ")
     assert " times the 589.1 MPa (1.841 times the yield stress 320 MPa) " in line
-    assert line.endswith("at a depth of 0.736 times the half-width of the contact there; the solution is elastic")
+    assert line.endswith("at a depth of 0.736 times half the width of the contact there; the solution is elastic")
 
 
 def test_what_was_told_before_the_run_is_not_told_again(tmp_path: Path) -> None:
