@@ -26,14 +26,14 @@ class WidestPath:
     """The widest path of the deviator in a body.
 
     radius: of its ball, as sqrt(J2) in MPa, with its error, infinite at a sharp edge; limit: the yield stress (MPa);
-    place: x, y, depth (mm); averaged: stresses are averages over a length.
+    place: x, y (None in a line contact), depth (mm); averaged: stresses are averages over a length.
     """
 
     body: int
     radius: float
     error: float
     limit: float
-    place: tuple[float, float, float]
+    place: tuple[float, float | None, float]
     averaged: bool
 
     @property
@@ -56,11 +56,7 @@ class WidestPath:
         error = "" if math.isinf(self.error) else f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}"
         x, y, depth = self.place
         mean = ", of averaged stresses" if self.averaged else ""
-        more = (
-            "; necessary, not sufficient, as residual stresses must be in equilibrium (Melan)"
-            if self.possible
-            else " (Melan)"
-        )
+        more = "; necessary, not sufficient, as residual stresses must be in equilibrium" if self.possible else ""
         return (
             f"body {self.body}: elastic shakedown {verdict}: the widest path of the deviator{at_place(x, y)}, depth"
             f" {depth:.4g} mm{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa"
@@ -84,7 +80,8 @@ class ShakedownSearch:
         if found is not None:
             radius, point = found
             i, j = divmod(point, cycle.shape[1])
-            place = float(cycle.body.x[i]), float(cycle.body.y[j]), float(cycle.depths[depth])
+            y = float(cycle.body.y[j]) if cycle.shape[1] > 1 else None
+            place = float(cycle.body.x[i]), y, float(cycle.depths[depth])
             steps = list(cycle.cycle.states)
             error = float(cycle.body.columns["max_mises_error"][steps].max()) / math.sqrt(3.0)
             limit, averaged = self._limits[body], cycle.average is not None

@@ -86,3 +86,10 @@ def test_the_yield_stress_of_the_material_counts_where_the_body_has_none(tmp_pat
     assert invoke("fatigue", out, "--material", keys, *options).stderr == ""
     told = invoke("fatigue", out, "--material", f"{keys},yield_stress=100 MPa", *options).stderr
     assert told.startswith(f"{out}: warning: body 2: elastic shakedown is impossible: the widest path of the deviator")
+
+
+def test_increments_without_fields_are_told(tmp_path: Path) -> None:
+    text = TWO_CYCLES.replace("poisson_ratio: 0.3}", "poisson_ratio: 0.3, yield_stress: 3 GPa}")
+    out = result_of(write_case(tmp_path, f"{text}output: {{every: 4}}\n", "loop.yaml"), "-q")
+    told = invoke("stress", out, "--depth", "0mm", "--cycle", "last", "-q").stderr
+    assert "shakedown is not looked at: increments without fields are among those where a stage" in told
