@@ -29,8 +29,9 @@ from fretsolve.post.export.remarks import spot_warnings, warning_of_wear
 from fretsolve.problem.setup.cost_estimate import expected_increments
 from fretsolve.problem.setup.map_warnings import hole_warnings
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.warnings import case_warnings, foreseen_yield, warning_of_result
+from fretsolve.problem.setup.warnings import case_warnings, warning_of_result
 from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_the_grid
+from fretsolve.problem.setup.yield_warnings import foreseen_yield
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of

@@ -17,6 +17,7 @@ from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.output_spec import KINDS
 from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
+from fretsolve.cli.commands.shakedown_lines import tell_shakedown, tell_shakedown_of
 from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
@@ -27,7 +28,7 @@ from fretsolve.post.fatigue.shakedown import yield_stresses as bearable
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, not_closed, stress_cycles, stresses_beside
 from fretsolve.post.names import CRITERIA, INVARIANTS, OUTERMOST, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import opened_computed
-from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_from_text, cycles_of, states_of, whole_path_note
+from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_of, states_of, whole_path_note
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.peaks import Key, Peak
 from fretsolve.post.stress.request import (
@@ -40,7 +41,7 @@ from fretsolve.post.stress.request import (
     stress_request,
     warnings_of,
 )
-from fretsolve.post.stress.stress_file import bodies_of, write_stress
+from fretsolve.post.stress.stress_file import write_stress
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.post.stress.yielding import computed_lines, yield_lines, yield_stresses
 from fretsolve.problem.setup.cost_estimate import free_bytes, rounded_bytes
@@ -128,38 +129,8 @@ def stress_of_result(options: StressOptions) -> int:
         request = stress_request(tractions, steps, bodies, depths, options.plane, options.window_choice)
         write_with_messages(tractions, request, order)
         if options.cycle is not None and (limits := yield_stresses(result)):
-            try:
-                search = _searched(order.target, cycle_choice(options.cycle), limits)
-            except CaseError as error:  # the stresses are there all the same
-                print_warnings(result.path, f"shakedown is not looked at: {error.message}")
-            else:
-                _tell_shakedown(search, result.path, order.quiet)
+            tell_shakedown_of(order.target, cycle_choice(options.cycle), limits, result.path, quiet=order.quiet)
     return 0
-
-
-def _searched(stresses: Path, choice: CycleChoice, limits: Mapping[int, float]) -> ShakedownSearch:
-    """Return the widest paths over the chosen cycles in a file of stresses; limits: yield stresses of bodies."""
-    search = ShakedownSearch(limits)
-    with opened_computed(stresses) as file:
-        assert file is not None  # it has just been written
-        whole = cycles_from_text(file.attributes["cycles"])
-        if not whole:
-            raise CaseError("increments without fields are among those where a stage of a cycle begins or ends")
-        cycles = chosen(whole, choice)
-        for number, body in bodies_of(file).items():
-            for cycle in (StressCycle(stresses, body, one) for one in cycles if number in limits):
-                for depth, stress in enumerate(cycle.layers()):
-                    search.add(number, cycle, depth, stress)
-    return search
-
-
-def _tell_shakedown(search: ShakedownSearch, out: Path, quiet: bool) -> None:
-    """Print whether elastic shakedown is possible, as a warning where it is not; out: the file that warnings name."""
-    for path in search:
-        if not path.possible:
-            print_warnings(out, str(path))
-        elif not quiet:
-            print(path)
 
 
 def write_with_messages(tractions: TractionHistory, request: StressRequest, order: FileOrder) -> None:
@@ -343,7 +314,7 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     if not order.quiet:
         for line in worst_lines(cycles.of_body, worst, cycles.request.average):
             print(line)
-    _tell_shakedown(shakedown, out, order.quiet)
+    tell_shakedown(shakedown, out, quiet=order.quiet)
     if not order.quiet:
         print(order.target, flush=True)
 

@@ -179,7 +179,7 @@ def spot_warnings(history: Mapping[str, NDArray[Any]]) -> list[str]:
 
 def yield_warnings(result: Result) -> list[str]:
     """Return a line on each body that yields, as far as the history tells."""
-    if not any("yield_stress" in body for body in result.effective_case["bodies"]):
+    if not any("yield_stress" in body for body in result.effective_case.get("bodies", ())):
         return []
     from fretsolve.post.stress.yielding import yield_lines  # other results do not need it
 

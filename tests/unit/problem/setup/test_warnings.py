@@ -12,7 +12,8 @@ from solving import build
 
 from fretsolve import load_case
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.warnings import case_warnings, cylinder_contact
+from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.problem.setup.yield_warnings import cylinder_contact
 from fretsolve.simulation.problem_setup import set_up
 
 FINE = CASE.replace("points: 16", "points: 64")
