@@ -70,7 +70,8 @@ def _of_bulk(result: Result, body: int, limit: float) -> tuple[float, str]:
     xx, yy, xy = (np.asarray(result.history.get(name, 0.0), np.float64) for name in BULK[body])
     if _is_line(result):
         yy = result.effective_case["bodies"][body - 1]["poisson_ratio"] * xx
-    mises = np.atleast_1d(von_mises(np.stack([xx, yy, 0.0 * xx, xy, 0.0 * xx, 0.0 * xx])))
+    stress = np.broadcast_arrays(xx, yy, 0.0, xy, 0.0, 0.0)
+    mises = np.atleast_1d(von_mises(np.stack(stress)))
     step = int(mises.argmax())
     ratio = float(mises[step]) / limit
     if ratio <= 1.0:
