@@ -18,9 +18,9 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.keys.quantity_names import CRITERIA
 from fretsolve.post.fatigue import criteria, critical_plane
 from fretsolve.post.fatigue.criteria import fatigue_field
-from fretsolve.post.names import CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
 MATERIAL = Material(

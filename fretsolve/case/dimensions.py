@@ -43,6 +43,9 @@ PRESSURE = Dimension("a pressure", "MPa", "200 GPa")
 VOLUME = Dimension("a volume", "mm^3", "0.01 mm^3")
 STRESS = Dimension("a stress", "MPa", "70 MPa")
 STRESS_INTENSITY = Dimension("a stress intensity", "MPa m^0.5", "5 MPa m^0.5")
+RUIZ = Dimension("a stress squared times a slip", "MPa^2 mm", "800 MPa^2 mm")
+"""Ruiz's parameters."""
+
 ANGLE = Dimension("an angle", "rad", "0.1 deg")
 TIME = Dimension("a time", "s", "2 s")
 NUMBER = Dimension("a number", "", "0.1")

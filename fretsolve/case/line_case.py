@@ -39,6 +39,7 @@ from fretsolve.case.keys.load_path_spec import (
     step_tag,
 )
 from fretsolve.case.keys.map_keys import HeightsSurface
+from fretsolve.case.keys.quantity_names import LINE_EXPECTED_DIMENSIONS
 from fretsolve.case.keys.rig_spec import RigSpec
 from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.unrolled_path import check_load_path
@@ -313,9 +314,9 @@ NEVER_KNOWN = frozenset(name for name, meaning in LINE_MEANINGS.items() if meani
 
 
 class LineExpectation(Expectation):
-    """A scalar of the history of a line contact, the value expected of it, and how far off it may be."""
+    """A quantity of the result of a line contact, the value expected of it, and how far off it may be."""
 
-    dimensions = LINE_DIMENSIONS
+    dimensions = LINE_EXPECTED_DIMENSIONS
 
     @field_validator("quantity")
     @classmethod

@@ -20,8 +20,9 @@ from pydantic import (
 
 from fretsolve.case.base import CaseModel, GridPoints, Position, PositiveLength, Repeated, auto, refused_at
 from fretsolve.case.dimensions import LENGTH, Dimension
+from fretsolve.case.expected import unknown_quantities
 from fretsolve.case.expression import Expression
-from fretsolve.case.history import COMPONENTS, DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS, OF_RIG
+from fretsolve.case.history import COMPONENTS, DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
 from fretsolve.case.keys.body_specs import Body, RoughnessSurface, Surfaces
 from fretsolve.case.keys.friction_spec import FrictionSpec
 from fretsolve.case.keys.load_path_spec import LoadStep
@@ -196,11 +197,12 @@ class Case(CaseModel):
                 for stage, name in moved
                 if name.startswith("actuator_")
             )
-            refused_at(
-                (("expect", index, "quantity"), f"{one.quantity} is known with a rig alone; the case has none")
-                for index, one in enumerate(self.expect)
-                if one.quantity in OF_RIG
-            )
+        return self
+
+    @model_validator(mode="after")
+    def _expected_is_known(self) -> Self:
+        if self.expect:
+            refused_at(unknown_quantities(self.expect, unrolled(self.load_path), self.output, rig=self.rig is not None))
         return self
 
     @model_validator(mode="after")

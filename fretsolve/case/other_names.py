@@ -52,7 +52,7 @@ UNKNOWN_TO_THE_MODEL = {
     ),
     "plasticity plastic hardening hardening_modulus": (
         "bodies are elastic, and plastic flow is not modelled. yield_stress warns where it begins: under a sphere at a"
-        " largest pressure of 1.6 times the yield stress"
+        " largest pressure of 1.6 times the yield stress, at the surface at a shear of 0.58 times the yield stress"
     ),
     "lubricant lubrication lubricated oil grease viscosity": (
         "the contact is dry; a lubricant is modelled by its coefficient of friction alone"

@@ -31,6 +31,7 @@ from fretsolve.problem.setup.map_warnings import hole_warnings
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, warning_of_result
 from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_the_grid
+from fretsolve.problem.setup.yield_warnings import foreseen_yield
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
@@ -102,6 +103,18 @@ class QuietMessages:
             widest = max(result.steps, key=lambda step: result.history["contact_cells"][step])
             yield from hole_warnings(self.setup, result.field("pressure", widest) > 0.0)
 
+    def _yielding(self, result: Result) -> Iterator[str]:
+        """Yield a line for each body that yields, except for bodies whose stresses are computed and tell it then."""
+        case = self.setup.case
+        if all(body == "rigid" or body.yield_stress is None for body in case.bodies):
+            return
+        from fretsolve.post.stress.yielding import yield_lines  # other cases do not need it
+
+        stress = case.output.stress if result.status == "complete" else None
+        later = () if stress is None else stress.bodies or ((1,) if case.bodies[1] == "rigid" else (2,))
+        lines = yield_lines(result, foreseen_yield(self.setup))
+        yield from (text for body, text in lines.items() if body not in later)
+
     def _report(self, result: Result, reached: Verdict | None) -> None:
         too_few = warning_of_result(self.setup, result.history["contact_cells"])
         for text in (too_few, *self._holes(result), reached if reached and not reached.met else None):
@@ -116,6 +129,8 @@ class QuietMessages:
         if "spots" in result.history:
             for text in spot_warnings(result.history):
                 self.warn(text)
+        for text in self._yielding(result):
+            self.warn(text)
         for text, periodic in result.cycles.outcomes if result.cycles is not None else ():
             if not periodic:
                 self.warn(text)

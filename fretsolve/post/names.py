@@ -3,29 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal, get_args
 
-from fretsolve.case.keys.output_spec import CriterionName
-
-CRITERIA: tuple[CriterionName, ...] = get_args(CriterionName)
-"""Names of the criteria."""
-
-
-def dataset_name(criterion: str) -> str:
-    """Return the name of a criterion in files, such as dang_van."""
-    return criterion.replace("-", "_")
-
-
-LIFE_NAMES = {"swt_life": "swt", "fatemi_socie_life": "fatemi-socie"}
-"""Names of the shortest lives by criteria with a life curve, which sweeps collect, with their criteria."""
-
-CRACK_NAMES = ("crack_arrest_length", "crack_life")
-"""What sweeps collect of a crack: the length (mm) at which it stops, 0 without one and inf where it goes through, and
-its life in cycles."""
-
-WORST_NAMES = {f"{dataset_name(criterion)}_max": criterion for criterion in CRITERIA}
-"""Names of the largest values of the parameters, which sweeps collect, with their criteria."""
-
+from fretsolve.case.keys.quantity_names import BESIDE_DIMENSIONS, LIFE_NAMES
 
 PARAMETERS = {
     "crossland": "Crossland parameter",
@@ -50,26 +29,13 @@ def crack_path(result: Path) -> Path:
     return result.with_suffix(".crack.h5")
 
 
-Invariant = Literal["mises", "tension", "tresca"]
-
-INVARIANTS: tuple[Invariant, ...] = ("mises", "tension", "tresca")
-
 OUTERMOST = "in the last cells that were looked at: it may be larger beyond; a larger --window shows"
 """What is said of a largest value at the end of the window."""
 
-PEAK_NAMES = tuple(f"max_{name}" for name in INVARIANTS)
-"""Columns with the largest stresses."""
-
-
-BESIDE = {"stress": PEAK_NAMES, "fatigue": (*WORST_NAMES, *LIFE_NAMES), "crack": CRACK_NAMES}
-"""What sweeps collect from files beside a result, by the key of `output` that asks for the file."""
 
 UNITS = {
-    **dict.fromkeys((*PEAK_NAMES, *WORST_NAMES), "MPa"),
-    "fatemi_socie_max": "1",
-    **dict.fromkeys(("ruiz_1_max", "ruiz_2_max"), "MPa^2 mm"),
+    **{name: dimension.stored for name, dimension in BESIDE_DIMENSIONS.items()},
     **dict.fromkeys((*LIFE_NAMES, "crack_life"), "cycles"),
-    "crack_arrest_length": "mm",
 }
 """Units of what sweeps collect from files beside a result."""
 

@@ -1,4 +1,7 @@
-"""Elastic constants of common materials at room temperature, each with its source."""
+"""Elastic constants of common materials at room temperature, and the yield stress where the name settles it.
+
+Each has its source. A name that leaves grade or temper open has no yield stress, nor has a brittle material.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ from dataclasses import dataclass
 ASM = "ASM Aerospace Specification Metals, data sheet (asm.matweb.com)"
 KAYE_AND_LABY = "Kaye and Laby, Tables of Physical and Chemical Constants, 16th edition (1995), section 2.2.2"
 EN_1993 = "EN 1993-1-1:2005, 3.2.6"
+EN_10025 = "EN 10025-2:2004, table 7: least yield stress up to 16 mm thick"
+OLIN = "Olin Brass, alloy data C26000 (ASTM B36): nominal yield stress"
 SNFA = "SNFA, CHROMEX 40, table of bearing steel and silicon nitride (cantonicuscinetti.com)"
 
 
@@ -31,10 +36,19 @@ class LibraryMaterial:
 
 LIBRARY = (
     LibraryMaterial("steel", 210e3, 0.3, f"{EN_1993}: structural steel", others=("structural steel",)),
+    *(
+        LibraryMaterial(f"S{limit}", 210e3, 0.3, f"{EN_1993}; {EN_10025}", float(limit), (f"S{limit}JR", f"S{limit}J2"))
+        for limit in (235, 275, 355)
+    ),
     LibraryMaterial("100Cr6", 210e3, 0.3, SNFA, others=("52100", "AISI 52100", "bearing steel")),
     LibraryMaterial(
         "Ti-6Al-4V", 113.8e3, 0.342, f"{ASM} MTP641: grade 5, annealed", yield_stress=880.0, others=("Ti64", "TA6V")
     ),
+    LibraryMaterial(
+        "Ti-6Al-4V STA", 114e3, 0.33, f"{ASM} MTP642: grade 5, solution treated and aged", yield_stress=1100.0
+    ),
+    LibraryMaterial("Ti-6Al-4V ELI", 113.8e3, 0.342, f"{ASM} MTP643: grade 5, ELI, annealed", yield_stress=790.0),
+    LibraryMaterial("Al 6061-T6", 68.9e3, 0.33, f"{ASM} MA6061T6", yield_stress=276.0, others=("6061-T6", "AA6061-T6")),
     LibraryMaterial("Al 7075-T6", 71.7e3, 0.33, f"{ASM} MA7075T6", yield_stress=503.0, others=("7075-T6", "AA7075-T6")),
     LibraryMaterial("Al 2024-T4", 73.1e3, 0.33, f"{ASM} MA2024T4", yield_stress=324.0, others=("2024-T4", "AA2024-T4")),
     LibraryMaterial(
@@ -47,6 +61,14 @@ LIBRARY = (
     LibraryMaterial("aluminium", 70.3e3, 0.345, KAYE_AND_LABY, others=("aluminum", "Al")),
     LibraryMaterial("copper", 129.8e3, 0.343, KAYE_AND_LABY, others=("Cu",)),
     LibraryMaterial("brass", 100.6e3, 0.35, f"{KAYE_AND_LABY}: 70 % Cu, 30 % Zn", others=("CuZn30",)),
+    *(
+        LibraryMaterial(f"brass {temper}", 100.6e3, 0.35, f"{KAYE_AND_LABY}: 70 % Cu, 30 % Zn; {OLIN}", limit, names)
+        for temper, limit, names in (
+            ("annealed", 145.0, ("C26000 annealed",)),
+            ("half hard", 350.0, ("C26000 half hard", "C26000 H02")),
+            ("hard", 495.0, ("C26000 hard", "C26000 H04")),
+        )
+    ),
     LibraryMaterial("silicon nitride", 315e3, 0.26, SNFA, others=("Si3N4",)),
     LibraryMaterial(
         "silicon carbide",

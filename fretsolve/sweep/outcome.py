@@ -11,10 +11,11 @@ from typing import Literal
 import numpy as np
 
 from fretsolve.case.history import MOTIONS_OF_ACTUATORS, PAIRS
+from fretsolve.case.keys.quantity_names import OUTPUT_NAMES
 from fretsolve.case.keys.unrolled_path import last_repetitions
 from fretsolve.errors import SlidingError
 from fretsolve.post.export.selection import is_more_than_round_off, relevant_columns, total_cost
-from fretsolve.post.names import BESIDE, crack_path, fatigue_path, stress_path
+from fretsolve.post.names import crack_path, fatigue_path, stress_path
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.result import Result, open_result
 from fretsolve.result.cycles.table import CYCLE_NAMES, CycleTable
@@ -120,11 +121,11 @@ def _columns(
     ends: the increments with which stages end; corrected: take corrected values where there are any.
     """
     names, columns = {one.name for one in quantities}, {}
-    for name in names.difference(CYCLE_NAMES, *BESIDE.values()):
+    for name in names.difference(CYCLE_NAMES, *OUTPUT_NAMES.values()):
         columns[name] = _of_history(result, name, ends, corrected)
     for name in names.intersection(CYCLE_NAMES):
         columns[name] = _of_cycles(result.cycles, name, corrected)
-    if of_stresses := names.intersection(BESIDE["stress"]):
+    if of_stresses := names.intersection(OUTPUT_NAMES["stress"]):
         from fretsolve.post.stress.stress_file import read_peaks
 
         peaks = read_peaks(stress_path(result.path), result)
@@ -132,11 +133,11 @@ def _columns(
             values = {stage: peaks[name].get(step, UNKNOWN) for stage, step in ends.items()}
             columns[name] = _Column(values, max((value for value, _ in peaks[name].values()), default=0.0), "")
     known: dict[str, tuple[float, float]] = {}
-    if names.intersection(BESIDE["fatigue"]):
+    if names.intersection(OUTPUT_NAMES["fatigue"]):
         from fretsolve.post.fatigue.fatigue_file import read_worst
 
         known |= read_worst(fatigue_path(result.path), result)
-    if names.intersection(BESIDE["crack"]):
+    if names.intersection(OUTPUT_NAMES["crack"]):
         from fretsolve.post.crack.crack_file import read_crack
 
         known |= read_crack(crack_path(result.path), result)

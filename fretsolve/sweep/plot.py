@@ -19,6 +19,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from fretsolve.case.keys.quantity_names import OF_WHOLE_RUN
 from fretsolve.errors import PictureError
 from fretsolve.post.names import ENDLESS
 from fretsolve.post.plots.canvas import Canvas, Target, canvas, one_line
@@ -35,7 +36,7 @@ from fretsolve.post.plots.labels import (
     symbol,
 )
 from fretsolve.result.cycles.table import CYCLE_NAMES
-from fretsolve.sweep.quantity import LAST_STAGE, OF_WHOLE_RUN
+from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table
 from fretsolve.system.arrays import DoubleArray, IndexArray
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
+from fretsolve.case.cycle_quantities import ACTUATOR
 from fretsolve.case.dimensions import NUMBER, TIME
 from fretsolve.case.history import ACTUATORS, COMPONENTS, DISPLACEMENTS, HISTORY_DIMENSIONS, OF_RIG, SHEARING
+from fretsolve.case.keys.quantity_names import OF_WHOLE_RUN, OUTPUT_NAMES, dataset_name
+from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.other_names import close_name
 from fretsolve.errors import CaseError
-from fretsolve.post.names import BESIDE, CRACK_NAMES, LIFE_NAMES, UNITS, WORST_NAMES, dataset_name
+from fretsolve.post.names import UNITS
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.cycles.rows import ACTUATOR
 from fretsolve.result.cycles.table import AT_ACTUATOR, CORRECTED_CYCLE_NAMES, CYCLE_NAMES, CYCLES
 from fretsolve.result.layout import ERRORS, HISTORY, RIG_ERRORS, RIG_HISTORY, WEAR_HISTORY
 from fretsolve.result.state import CORRECTED, CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED
@@ -40,11 +42,10 @@ CORRECTED_NAMES = (
 )
 """Columns that can be collected too, from runs with error bars."""
 
-OF_WHOLE_RUN = (*WORST_NAMES, *LIFE_NAMES, *CRACK_NAMES)
-"""Quantities with one value of the whole run, which the cycles that the case chooses give."""
-
 ALL_NAMES = tuple(
-    dict.fromkeys((*NAMES, *CORRECTED_NAMES, *(name for names in BESIDE.values() for name in names), *CYCLE_NAMES))
+    dict.fromkeys(
+        (*NAMES, *CORRECTED_NAMES, *(name for names in OUTPUT_NAMES.values() for name in names), *CYCLE_NAMES)
+    )
 )
 """All columns that can be collected: of the history, of the table of cycles, and of the files beside a result."""
 
@@ -136,9 +137,9 @@ def _right_name(name: str) -> str:
         return f"{as_run} is not corrected for the number of increments; use {as_run}"
     groups = {
         "": NAMES,
-        "of stresses": BESIDE["stress"],
-        "of fatigue": BESIDE["fatigue"],
-        "of a crack": BESIDE["crack"],
+        "of stresses": OUTPUT_NAMES["stress"],
+        "of fatigue": OUTPUT_NAMES["fatigue"],
+        "of a crack": OUTPUT_NAMES["crack"],
         "of cycles": [one for one in CYCLE_NAMES if one not in CORRECTED_NAMES],
     }
     names = dict.fromkeys(one for names in groups.values() for one in names)
@@ -152,7 +153,7 @@ def _right_name(name: str) -> str:
 
 def needed_key(name: str) -> str:
     """Return the key of the case without which a quantity is not known, such as output.stress; empty for none."""
-    keys = {**{f"output.{key}": names for key, names in BESIDE.items()}, **NEEDED_KEYS}
+    keys = {**{f"output.{key}": names for key, names in OUTPUT_NAMES.items()}, **NEEDED_KEYS}
     return next((key for key, names in keys.items() if name in names), "")
 
 
@@ -164,17 +165,21 @@ def usual_quantities(setup: ProblemSetup, stages: Sequence[int] = ()) -> tuple[S
     ends = stages or [len(setup.load_path.last_steps)]
     found = [StageQuantity(name, stage) for name in _moved(setup) for stage in ends] + list(expected_values(setup))
     imposed = setup.load_path.imposed
-    return in_order([quantity for quantity in found if quantity.name not in imposed[quantity.stage - 1]])
+    last = len(imposed)
+    return in_order([quantity for quantity in found if quantity.name not in imposed[min(quantity.stage, last) - 1]])
 
 
 def expected_values(setup: ProblemSetup) -> dict[StageQuantity, float]:
     """Return what the case expects; of two values of one quantity the first."""
     last = len(setup.load_path.last_steps)
-    return {
-        StageQuantity(one.quantity, one.stage or last): one.value
-        for one in reversed(setup.case.expect)
-        if one.quantity in NAMES
-    }
+    return {quantity_of(one, last): one.value for one in reversed(setup.case.expect) if one.quantity in ALL_NAMES}
+
+
+def quantity_of(expected: Expectation, stages: int) -> StageQuantity:
+    """Return what a case expects as a quantity at the end of one of `stages`, or of a cycle."""
+    if expected.quantity in CYCLE_NAMES:
+        return StageQuantity(expected.quantity, expected.cycle or LAST_STAGE)
+    return StageQuantity(expected.quantity, expected.stage or stages)
 
 
 def listed(quantities: Iterable[StageQuantity]) -> str:

@@ -9,11 +9,11 @@ import pytest
 from command_line import invoke
 
 from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.keys.quantity_names import CRITERIA
 from fretsolve.post.fatigue import critical_plane
 from fretsolve.post.fatigue.criteria import FatigueField, fatemi_socie, fatigue_field, findley, swt
 from fretsolve.post.fatigue.critical_plane import PlaneField
 from fretsolve.post.fatigue.planes import PlaneCriterion
-from fretsolve.post.names import CRITERIA
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.system.arrays import DoubleArray
 

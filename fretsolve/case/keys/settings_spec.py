@@ -17,9 +17,11 @@ from pydantic import (
 )
 
 from fretsolve.case.base import CaseModel, Count, Named, refused_at, require_either
+from fretsolve.case.cycle_quantities import ACTUATOR
 from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
-from fretsolve.case.other_names import nearest
+from fretsolve.case.keys.quantity_names import EXPECTED_DIMENSIONS, dataset_name
+from fretsolve.case.other_names import close_name
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 
 SINGLE_TOLERANCE = 1e-4
@@ -79,12 +81,20 @@ class SolverSpec(CaseModel):
 
 
 def _known_quantity(name: str) -> str:
-    if name not in HISTORY_DIMENSIONS:
-        as_run = name.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
-        measured = [known for known, dimension in HISTORY_DIMENSIONS.items() if dimension != NUMBER]  # counts are rare
-        advice = f"values as run are: {as_run} is needed" if as_run in measured else nearest(name, measured)
+    """Return the name of a quantity as it stands in tables, with underscores for hyphens."""
+    found = dataset_name(name)
+    if found not in EXPECTED_DIMENSIONS:
+        as_run = found.removesuffix(ERROR_SUFFIX).removesuffix(CORRECTED_SUFFIX)
+        counts = {known for known, dimension in HISTORY_DIMENSIONS.items() if dimension == NUMBER}  # they are rare
+        known = [name for name in EXPECTED_DIMENSIONS if name not in counts]
+        others = [name for name in known if name not in HISTORY_DIMENSIONS and not name.startswith(ACTUATOR)]
+        advice = f"a scalar of the history, such as stick_radius, or one of {', '.join(others)} is needed"
+        if (meant := close_name(found, known)) is not None:
+            advice = f"did you mean {meant!r}?"
+        if as_run in known:
+            advice = f"values as run are: {as_run} is needed"
         raise refused(f"{shown(name)} is not a quantity that can be compared; {advice}")
-    return name
+    return found
 
 
 _ANY_QUANTITY = WithJsonSchema(
@@ -93,14 +103,22 @@ _ANY_QUANTITY = WithJsonSchema(
 
 
 class Expectation(CaseModel):
-    """A scalar of the history, the value expected of it, and how far off it may be."""
+    """A quantity of the result, the value expected of it, and how far off it may be.
+
+    It is a scalar of the history at the end of a stage, a quantity of a cycle, the largest stress at the end of a stage
+    (with `output.stress`), a fatigue parameter or life (`output.fatigue`), or of a crack (`output.crack`).
+    """
 
     model_config = ConfigDict(json_schema_extra={"oneOf": [{"required": ["rel"]}, {"required": ["abs"]}]})
-    dimensions: ClassVar[Mapping[str, Dimension]] = HISTORY_DIMENSIONS
+    dimensions: ClassVar[Mapping[str, Dimension]] = EXPECTED_DIMENSIONS
 
     quantity: Annotated[
-        str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(HISTORY_DIMENSIONS)})
-    ] = Field(description="name of a scalar of the history, such as stick_radius", examples=["stick_radius"])
+        str, AfterValidator(_known_quantity), Field(json_schema_extra={"enum": list(EXPECTED_DIMENSIONS)})
+    ] = Field(
+        description="name of a scalar of the history, such as stick_radius, of a quantity of a cycle, such as"
+        " energy_ratio, or of the files beside the result, such as swt_life",
+        examples=["stick_radius"],
+    )
     value: Annotated[float, _ANY_QUANTITY] = Field(description="expected value, such as 0.1398 mm")
     rel: Annotated[float, InUnits(NUMBER, least=0)] | None = Field(
         default=None, description="largest deviation over the value, such as 0.01 or 1 %", examples=["1 %"]
@@ -110,6 +128,9 @@ class Expectation(CaseModel):
     )
     stage: Count | None = Field(
         default=None, description="stage at whose end to compare, from 1; the last by default", examples=[2]
+    )
+    cycle: Count | None = Field(
+        default=None, description="cycle of a quantity of cycles, from 1; the last by default", examples=[1]
     )
 
     @field_validator("value", "abs", mode="before")

@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from xml.etree import ElementTree
 
+from fretsolve.case.cycle_quantities import CYCLE_DIMENSIONS
 from fretsolve.case.dimensions import smaller_unit
-from fretsolve.case.history import DISPLACEMENTS
+from fretsolve.case.history import DISPLACEMENTS, HISTORY_DIMENSIONS
+from fretsolve.case.keys.quantity_names import OF_WHOLE_RUN
 from fretsolve.case.keys.settings_spec import Expectation
-from fretsolve.case.loading import read_case
+from fretsolve.case.loading import CaseText, read_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, FretsolveError, NoSolutionError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.setup.cost_estimate import require_memory
 from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.result import HistoryWriter
 from fretsolve.result.state import Summary
 from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.run_to_file import solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
 from fretsolve.system.files import reported, require_ending, require_own, writing
+from fretsolve.system.signals import StopRequest
 
 EXIT_MISSED = 1
 
@@ -38,7 +45,7 @@ HEADINGS = ("stage", "quantity", "expected", "found", "deviation", "allowed", "o
 
 @dataclass(frozen=True)
 class Comparison:
-    """An expected value, and the value found at the end of its stage (1-based); None if the run ended before."""
+    """An expected value, and the value found; stage: of the history (from 1). None if the run ended before."""
 
     expected: Expectation
     stage: int
@@ -56,17 +63,31 @@ class Comparison:
         """True if the value was found within the tolerance."""
         return self.found is not None and abs(self.found - self.expected.value) <= self.allowed
 
+    @property
+    def place(self) -> str:
+        """The stage at whose end, or the cycle in which, the value was found; of the whole run, run."""
+        name, cycle = self.expected.quantity, self.expected.cycle
+        if name in CYCLE_DIMENSIONS:
+            return "last cycle" if cycle is None else f"cycle {cycle}"
+        return "run" if name in OF_WHOLE_RUN else str(self.stage)
+
+    @property
+    def where(self) -> str:
+        """The place in a sentence."""
+        return f"at stage {self.place}" if self.place.isdecimal() else f"of {self.place}"
+
     def cells(self) -> tuple[str, ...]:
         """Return the row under `HEADINGS`. Deviations have the form of the tolerance: in per cent or with a unit."""
         value, unit = self.expected.value, self.expected.dimensions[self.expected.quantity].unit
-        unit, scale = smaller_unit(unit, abs(value)) if self.expected.quantity in DISPLACEMENTS else (unit, 1.0)
+        small = self.expected.quantity in (*DISPLACEMENTS, *CYCLE_DIMENSIONS)
+        unit, scale = smaller_unit(unit, abs(value)) if small else (unit, 1.0)
         factor, of = (scale, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
         found, deviation = "not reached", "-"
         if self.found is not None:
             found, deviation = f"{scale * self.found:.7g} {unit}", f"{factor * (self.found - value):+.3g} {of}"
         allowed = f"{factor * self.allowed:.3g} {of}"
         row = (f"{scale * value:.7g} {unit}", found, deviation, allowed, "yes" if self.ok else "NO")
-        return str(self.stage), self.expected.quantity, *map(str.rstrip, row)
+        return self.place, self.expected.quantity, *map(str.rstrip, row)
 
 
 @dataclass(frozen=True)
@@ -151,9 +172,11 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     expectations: Sequence[Expectation] = ()
     loads: LoadPath | None = None
     summaries: list[Summary] = []
+    found_beside: dict[int, float] = {}
     failure, warnings = None, tuple[str, ...]()
     try:
-        case = read_case(path, pipe=True).case(overrides)
+        text = read_case(path, pipe=True)
+        case = text.case(overrides)
         if not case.expect:
             raise case.source.problem(
                 "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)
@@ -162,21 +185,57 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         require_memory(setup)
         expectations, loads = case.expect, setup.load_path
         warnings = tuple(case_warnings(setup))
-        for state in run(setup):
-            summaries.append(state.summary)
+        if all(one.quantity in HISTORY_DIMENSIONS for one in expectations):
+            for state in run(setup):
+                summaries.append(state.summary)
+        else:
+            found_beside = _run_to_file(text, overrides, summaries)
         loads = loads.followed(summaries)
     except FretsolveError as error:
         failure = error
     comparisons = []
     stages = zip(loads.stages, loads.last_steps, strict=True) if loads is not None else ()
     ends = {stage.number: last for stage, last in stages}
-    for expected in expectations:
+    for index, expected in enumerate(expectations):
         stage = expected.stage or max(ends)
-        step = ends.get(stage, len(summaries))
-        found = float(getattr(summaries[step], expected.quantity)) if step < len(summaries) else None
+        step, found = ends.get(stage, len(summaries)), found_beside.get(index)
+        if expected.quantity in HISTORY_DIMENSIONS and step < len(summaries):
+            found = float(getattr(summaries[step], expected.quantity))
         comparisons.append(Comparison(expected, stage, found))
     seconds = sum(summary.wall_time for summary in summaries)
     return CheckedCase(path, tuple(comparisons), failure, seconds, warnings)
+
+
+def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: list[Summary]) -> dict[int, float]:
+    """Run a case into a folder that does not stay, with its side outputs; return what the history does not hold.
+
+    summaries: takes up the increments, also those before a failure. The values are by the place in `expect`.
+    """
+    from fretsolve.sweep.case_run import write_side_outputs  # few cases expect what the history does not hold
+    from fretsolve.sweep.outcome import read_outcome
+    from fretsolve.sweep.plan import BaseCase
+    from fretsolve.sweep.quantity import quantity_of
+
+    with TemporaryDirectory(prefix="fretsolve-") as folder:
+        prepared = BaseCase.of(text, overrides).prepare({}, Path(folder))
+        case, stages = prepared.setup.case, len(prepared.setup.load_path.last_steps)
+        with HistoryWriter.open(prepared.out, prepared.header, pause=math.inf) as writer:
+            take = lambda summary, errors: summaries.append(summary)  # noqa: E731
+            solve_missing(prepared.setup, writer, StopRequest(), show=take)
+        write_side_outputs(prepared)
+        wanted = {
+            index: quantity_of(one, stages)
+            for index, one in enumerate(case.expect)
+            if one.quantity not in HISTORY_DIMENSIONS
+        }
+        outcome = read_outcome(prepared.out, list(wanted.values()), prepared.setup.load_path)
+    for index, one in wanted.items():
+        units = outcome.units[one.name]
+        if one.name in CYCLE_DIMENSIONS and ("rad" in units or "N mm" in units):
+            message = f"{one.name} of a loop of moment and rotation is in {units}, which cannot be compared"
+            advice = "dissipated_energy, energy_ratio or sliding_ratio can"
+            raise case.source.problem(f"{message}; {advice}", ("expect", index, "quantity"))
+    return dict(zip(wanted, map(float, outcome.values), strict=True))
 
 
 def _report(outcome: CheckedCase) -> None:
@@ -201,7 +260,7 @@ def write_junit(path: Path, outcomes: Sequence[CheckedCase]) -> None:
         name = str(outcome.case)
         suite = ElementTree.SubElement(suites, "testsuite", name=name, time=f"{outcome.seconds:.3f}")
         for comparison in outcome.comparisons or (None,):
-            what = f"{comparison.expected.quantity} at stage {comparison.stage}" if comparison else "case"
+            what = f"{comparison.expected.quantity} {comparison.where}" if comparison else "case"
             test = ElementTree.SubElement(suite, "testcase", classname=name, name=what)
             if comparison is None or comparison.found is None:
                 kind = type(outcome.error).__name__

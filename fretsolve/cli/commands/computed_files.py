@@ -15,15 +15,19 @@ from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.output_spec import KINDS
+from fretsolve.case.keys.quantity_names import CRITERIA, INVARIANTS
 from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
+from fretsolve.cli.commands.shakedown_lines import tell_shakedown, tell_shakedown_of
 from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
 from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
 from fretsolve.post.fatigue.material import placed, read_material
 from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, stresses_of_cycle
+from fretsolve.post.fatigue.shakedown import ShakedownSearch
+from fretsolve.post.fatigue.shakedown import yield_stresses as bearable
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, not_closed, stress_cycles, stresses_beside
-from fretsolve.post.names import CRITERIA, INVARIANTS, OUTERMOST, fatigue_path, stress_path
+from fretsolve.post.names import OUTERMOST, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_of, states_of, whole_path_note
 from fretsolve.post.stress.influence import Body
@@ -40,6 +44,7 @@ from fretsolve.post.stress.request import (
 )
 from fretsolve.post.stress.stress_file import write_stress
 from fretsolve.post.stress.tractions import TractionHistory
+from fretsolve.post.stress.yielding import computed_lines, yield_lines, yield_stresses
 from fretsolve.problem.setup.cost_estimate import free_bytes, rounded_bytes
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -124,12 +129,18 @@ def stress_of_result(options: StressOptions) -> int:
         steps = _increments(result, options)
         request = stress_request(tractions, steps, bodies, depths, options.plane, options.window_choice)
         write_with_messages(tractions, request, order)
+        if options.cycle is not None and (limits := yield_stresses(result)):
+            tell_shakedown_of(order.target, cycle_choice(options.cycle), limits, result.path, quiet=order.quiet)
     return 0
 
 
 def write_with_messages(tractions: TractionHistory, request: StressRequest, order: FileOrder) -> None:
     """Write the stresses that a request asks for, and print the largest ones. Raises CaseError, FileError."""
     peaks = compute_with_messages(tractions, request, order)
+    result = tractions.result
+    certain = yield_lines(result, dict.fromkeys(request.bodies, math.inf))  # what is about so is computed
+    lines = {**certain, **computed_lines(result, request, peaks)}
+    print_warnings(result.path, *(lines[body] for body in request.bodies if body in lines))
     if not order.quiet:
         for line in peak_lines(request, peaks):
             print(line)
@@ -294,7 +305,8 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     """Write the parameters of cycles, and print the worst places; out: the file that warnings name."""
     shown = not order.quiet and sys.stdout.isatty()
     with counting_bar("layers", cycles.layers, shown=shown) as show, writing(order.target):
-        worst, widest = write_fatigue(cycles, order.target, show, exclusive=order.exclusive)
+        shakedown = ShakedownSearch(bearable(cycles))
+        worst, widest = write_fatigue(cycles, order.target, show, shakedown=shakedown, exclusive=order.exclusive)
     average = cycles.request.average
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
@@ -303,6 +315,8 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     if not order.quiet:
         for line in worst_lines(cycles.of_body, worst, cycles.request.average):
             print(line)
+    tell_shakedown(shakedown, out, quiet=order.quiet)
+    if not order.quiet:
         print(order.target, flush=True)
 
 

@@ -29,7 +29,8 @@ from fretsolve.problem.setup.closed_forms import WITH_LAYER
 from fretsolve.problem.setup.cost_estimate import estimate, rounded_bytes, rounded_time
 from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.warnings import case_warnings, cells_across, cylinder_contact
+from fretsolve.problem.setup.warnings import case_warnings, cells_across
+from fretsolve.problem.setup.yield_warnings import cylinder_contact
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.progress import print_warnings
 

@@ -175,3 +175,12 @@ def spot_warnings(history: Mapping[str, NDArray[Any]]) -> list[str]:
             f" {largest}) {have} fewer than {FEWEST_SPOT_CELLS} cells, so that sizes and loads are rough there"
         )
     return found
+
+
+def yield_warnings(result: Result) -> list[str]:
+    """Return a line on each body that yields, as far as the history tells."""
+    if not any("yield_stress" in body for body in result.effective_case.get("bodies", ())):
+        return []
+    from fretsolve.post.stress.yielding import yield_lines  # other results do not need it
+
+    return list(yield_lines(result).values())

@@ -23,6 +23,7 @@ from fretsolve.post.export.remarks import (
     spot_warnings,
     spots_of,
     wear_totals,
+    yield_warnings,
 )
 from fretsolve.post.export.report_tables import (
     TextColumn,
@@ -89,7 +90,8 @@ def print_report(
     for table in tables:
         console.print()
         console.print(table)
-    for line in (*_totals(result), *about_spots(spots), *(spot_warnings(result.history) if heading else [])):
+    warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
+    for line in (*_totals(result), *about_spots(spots), *warnings):
         console.print(escape(line), soft_wrap=True)
 
 

@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve import __version__
+from fretsolve.case.keys.quantity_names import WORST_NAMES, dataset_name
 from fretsolve.case.models import Case
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.post.fatigue.critical_plane import SCAN_STEP
 from fretsolve.post.fatigue.request import case_request, stresses_of_cycle
+from fretsolve.post.fatigue.shakedown import ShakedownSearch
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, opening_of, stress_cycles, stresses_beside
-from fretsolve.post.names import WORST_NAMES, dataset_name, fatigue_path
+from fretsolve.post.names import fatigue_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside, opened_computed
 from fretsolve.post.stress.request import is_outermost
 from fretsolve.post.stress.stress_file import write_stress
@@ -64,11 +66,16 @@ class Worst:
 
 
 def write_fatigue(
-    cycles: FatigueCycles, target: Path, show: Callable[[], object] = lambda: None, *, exclusive: bool = False
+    cycles: FatigueCycles,
+    target: Path,
+    show: Callable[[], object] = lambda: None,
+    *,
+    shakedown: ShakedownSearch | None = None,
+    exclusive: bool = False,
 ) -> tuple[dict[int, dict[str, Worst]], float]:
     """Compute the parameters of each body, write them, and return the worst places and how far the cycle is open.
 
-    show: called after each layer; exclusive: replace no file. Raises OSError.
+    show: called after each layer; shakedown: gets each layer; exclusive: replace no file. Raises OSError.
     """
     worst: dict[int, dict[str, Worst]] = {}
     widest = 0.0
@@ -79,6 +86,8 @@ def write_fatigue(
             worst[number] = {}
             for depth, stress in enumerate(cycle.layers()):
                 widest = max(widest, opening_of(stress))
+                if shakedown is not None:
+                    shakedown.add(number, cycle, depth, stress)
                 for name in cycles.request.criteria:
                     # no plane is refined that is below the worst one of the layers before
                     before = worst[number].get(name)

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from fretsolve.post.names import INVARIANTS, Invariant
+from fretsolve.case.keys.quantity_names import INVARIANTS, Invariant
 from fretsolve.post.stress.influence import Body, Traction
 from fretsolve.post.stress.invariants import invariant, principal
 from fretsolve.post.stress.layers import LayerConvolution, LayerKernels, Window

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fretsolve.post.names import INVARIANTS, Invariant
+from fretsolve.case.keys.quantity_names import INVARIANTS, Invariant
 from fretsolve.system.arrays import DoubleArray
 
 MEANINGS: dict[Invariant, str] = {

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import maximum_filter
 
-from fretsolve.post.names import INVARIANTS, Invariant
+from fretsolve.case.keys.quantity_names import INVARIANTS, Invariant
 from fretsolve.post.stress.edge import NEIGHBOURHOOD, EdgeExtrapolation, edge_cells, in_blocks, merged
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.invariants import invariant, largest

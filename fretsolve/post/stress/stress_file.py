@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from fretsolve import __version__
 from fretsolve.case.keys.output_spec import StressSpec
-from fretsolve.post.names import PEAK_NAMES, stress_path
+from fretsolve.case.keys.quantity_names import PEAK_NAMES
+from fretsolve.post.names import stress_path
 from fretsolve.post.stress.computed_file import DEPTH, ComputedFile, create_values, opened_beside
 from fretsolve.post.stress.cycles import cycles_as_text, cycles_of, within
 from fretsolve.post.stress.influence import COMPONENTS, Body, Component

@@ -36,8 +36,9 @@ from fretsolve.problem.setup.picked_settings import (
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.rig_warnings import about_rig
 from fretsolve.problem.setup.wear_warnings import LARGEST_MOTION, wear_warnings
+from fretsolve.problem.setup.yield_warnings import about_yield, cylinder_contact, line_contact
 from fretsolve.problem.surface.edges import CYLINDER_END, depth_in_rounding, flat_part, rounding
-from fretsolve.reference.hertz import HertzLine, LineContact
+from fretsolve.reference.hertz import HertzLine
 from fretsolve.system.arrays import DoubleArray
 
 LARGEST_SIZE = 0.1
@@ -45,10 +46,6 @@ LARGEST_SIZE = 0.1
 about the same at this slope of a cone, and at this approach of a punch over its radius."""
 
 HOLD_TO = "half-spaces and linear elasticity hold to about"
-
-SPHERE_YIELD, LINE_YIELD = 1.6, 1.67
-"""Largest Hertz pressure over the yield stress at which a body of Poisson's ratio 0.3 begins to yield under a sphere
-and a cylinder; Johnson, Contact Mechanics (1985), section 6.1 (Tresca). An ellipse lies between both."""
 
 FEWEST_CELLS, FEWEST_STICK_CELLS, FEWEST_END_CELLS = 20, 3, 2
 """Cells across the contact below which results are off by per cents; across the stick zone for its size to count; in
@@ -234,42 +231,6 @@ def _about_motions(setup: ProblemSetup) -> Iterator[str]:
                 f"load_path: {named} {moves} the surfaces by {motion / radius:.2g} contact radii, but both keep their"
                 f" places on the grid: errors are of that order from {LARGEST_MOTION:g} on; is the unit right?"
             )
-
-
-def _about_yield(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of a Hertz contact that would yield below the surface, where a body gives its yield stress."""
-    stresses = [getattr(body, "yield_stress", None) for body in setup.case.bodies]
-    if not any(stresses):
-        return
-    pressure, factor = 0.0, SPHERE_YIELD
-    if setup.closed_forms.largest is not None:
-        pressure = setup.closed_forms.largest.max_pressure
-    elif isinstance(line := line_contact(setup), HertzLine):
-        pressure, factor = line.max_pressure, LINE_YIELD
-    for number, stress in enumerate(stresses):
-        limit = factor * (stress or math.inf)
-        if pressure > limit:
-            yield (
-                f"bodies.{number}.yield_stress: p0 = {pressure:.4g} MPa is above {factor:g} times the yield stress,"
-                f" {limit:.4g} MPa, from where body {number + 1} yields below the surface: the solution is elastic"
-            )
-
-
-def line_contact(setup: ProblemSetup) -> LineContact | None:
-    """Return the widest contact of a line, or Hertz's contact of a straight cylinder on an area; None without one."""
-    return setup.closed_forms.widest or cylinder_contact(setup)
-
-
-def cylinder_contact(setup: ProblemSetup) -> HertzLine | None:
-    """Return Hertz's line contact of a straight cylinder on an area; one without ends ends with the grid."""
-    surface, grid = setup.case.surface[0], setup.grid
-    if setup.model.line:
-        return None
-    endless = None
-    if surface.kind == "cylinder" and surface.length is None and setup.case.grid.size is not None:
-        along = (abs(math.cos(surface.axis)), abs(math.sin(surface.axis)))
-        endless = min(side / part for side, part in zip(grid.size, along, strict=True) if part > 1e-9)
-    return setup.closed_forms.cylinder(endless)
 
 
 # Grids that do not hold or resolve the contact.
@@ -483,7 +444,7 @@ WARNINGS: tuple[Callable[[ProblemSetup], Iterator[str]], ...] = (
     _about_motions,
     about_rig,
     _about_room,
-    _about_yield,
+    about_yield,
     _about_wear,
 )
 """All warnings, in the order in which they are printed."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.cycle_quantities import ACTUATOR, OF_MOTION
 from fretsolve.case.history import ACTUATORS, COMPONENTS, MOTIONS_OF_ACTUATORS
 from fretsolve.result.cycles.loops import (
     CycleSteps,
@@ -35,15 +36,6 @@ HIDDEN = "hidden between increments"
 
 LEAST_FORCE = 1e-8
 """Tangential force over P below which it is round-off."""
-
-ACTUATOR = "actuator_"
-"""Beginning of the name of a column that is measured over the motion of the actuator."""
-
-OF_MOTION = (
-    *("energy_ratio", "sliding_ratio", "sliding_amplitude"),
-    *("reversal_stiffness", "displacement_range", "displacement_drift"),
-)
-"""Columns that a rig in series changes, so that there is one at the contact and one at the actuator."""
 
 
 def round_off(history: History) -> float:

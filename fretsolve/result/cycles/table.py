@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_QUANTITIES, OF_MOTION
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, COMPONENTS, PAIRS
 from fretsolve.result.cycles.loops import CycleSteps, History, cycles_in, distance_to_limit, stages_of
-from fretsolve.result.cycles.rows import ACTUATOR, FORCES, HIDDEN, OF_MOTION, measured_row, round_off
+from fretsolve.result.cycles.rows import FORCES, HIDDEN, measured_row, round_off
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 
@@ -27,16 +28,7 @@ CYCLES = (
     Quantity("first_step", "1", "increment after which it begins, -1 for the start of the path", "int64"),
     Quantity("last_step", "1", "increment with which it ends", "int64"),
     Quantity("stage", "1", "stage with which it ends", "int64"),
-    Quantity("dissipated_energy", "mJ", "energy dissipated in the cycle"),
-    Quantity("energy_ratio", "1", "area of the loop over force range times displacement range"),
-    Quantity("sliding_ratio", "1", "width of the loop at its mean force over the displacement range"),
-    Quantity("sliding_amplitude", "mm", "half of the width of the loop at its mean force"),
-    Quantity("slip_amplitude", "mm", "largest local slip amplitude, half of the slip between the ends of the loop"),
-    Quantity("reversal_stiffness", "N/mm", "slope of the loop just after a reversal, the mean of its reversals"),
-    Quantity("force_range", "N", "largest less smallest force"),
-    Quantity("displacement_range", "mm", "largest less smallest displacement"),
-    Quantity("force_drift", "N", "force at the end less that at the beginning"),
-    Quantity("displacement_drift", "mm", "displacement at the end less that at the beginning"),
+    *(Quantity(name, dimension.stored, meaning) for name, (dimension, meaning) in CYCLE_QUANTITIES.items()),
 )
 """Columns of the table of cycles."""
 

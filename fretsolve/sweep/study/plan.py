@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from fretsolve.case.keys.quantity_names import OUTPUT_NAMES, dataset_name
 from fretsolve.case.keys.unrolled_path import Stage, last_repetitions
 from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case
 from fretsolve.errors import CaseError
@@ -217,9 +218,11 @@ def _base(request: StudyRequest, needed: Collection[str]) -> BaseCase:
     runs with error bars have corrected values.
     """
     text, overrides = read_case(request.case), request.overrides
+    text.case(overrides)  # tells mistakes before anything is left out
     for name in SIDE_OUTPUTS:
         if f"output.{name}" not in needed:
             text, overrides = _without(name, text, overrides)
+    text, overrides = _expecting_of(needed, text, overrides)
     fields = "output.fields=[pressure, shear]" if needed else "output.fields=[]"
     return BaseCase.of(text, overrides, last=(fields, f"solver.error_bars={str(request.corrected).lower()}"))
 
@@ -231,6 +234,19 @@ def _without(name: str, text: CaseText, overrides: Sequence[str]) -> tuple[CaseT
         kept = {key: value for key, value in output.items() if key != name}
         text = replace(text, data={**text.data, "output": kept})
     return text, [one for one in overrides if not one.strip().startswith(f"output.{name}")]
+
+
+def _expecting_of(needed: Collection[str], text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:
+    """Return a case and overrides that expect only what the runs know; needed: the files beside results that stay."""
+    unknown = {"slip_amplitude"}.union(*(of for kind, of in OUTPUT_NAMES.items() if f"output.{kind}" not in needed))
+    expect = text.data.get("expect") if isinstance(text.data, dict) else None
+    if not isinstance(expect, list):
+        return text, overrides
+    kept = [one for one in expect if not (isinstance(one, dict) and dataset_name(str(one.get("quantity"))) in unknown)]
+    if len(kept) == len(expect):
+        return text, overrides
+    text = replace(text, data={**text.data, "expect": kept})
+    return text, [one for one in overrides if not one.strip().startswith("expect.")]
 
 
 def finest(cases: Sequence[PreparedCase]) -> PreparedCase:
@@ -300,7 +316,11 @@ def compared_quantities(
     have = tuple(one for one in wanted if one in known)
     if not texts and (kind == "expect" or not have):
         imposed = setup.load_path.imposed
-        stated = [one for one in known if one.stage <= len(stages) and one.name not in imposed[one.stage - 1]]
+        stated = [
+            one
+            for one in known
+            if one.name in CYCLE_NAMES or (one.stage <= len(stages) and one.name not in imposed[one.stage - 1])
+        ]
         return in_order(stated), () if kind == "expect" else wanted
     return have, tuple(one for one in wanted if one not in known)
 

@@ -13,7 +13,7 @@ from rich.text import Text
 from fretsolve.case.dimensions import percent
 from fretsolve.post.export.report_tables import TextColumn
 from fretsolve.sweep.manifest import index_list
-from fretsolve.sweep.quantity import ENERGIES, listed, place_of
+from fretsolve.sweep.quantity import ENERGIES, LAST_STAGE, listed, place_of
 from fretsolve.sweep.study.assessment import AssessedRun, Assessment
 
 TARGETS = (0.01, 0.001)
@@ -165,7 +165,9 @@ def _errors(study: Assessment) -> Iterator[TextColumn]:
     differ = len({tuple(study.stages_of(name)) for name in study.names}) > 1
     for name in study.names:
         first, _, second = name.rpartition("_")
-        stages, units = f"@{index_list(study.stages_of(name))}", "%"
+        numbers = [one for one in study.stages_of(name) if one != LAST_STAGE]
+        last = ["last"] if LAST_STAGE in study.stages_of(name) else []
+        stages, units = f"@{','.join([*([index_list(numbers)] if numbers else []), *last])}", "%"
         if len(second) > 1 and first:
             heading, units = (first, second), f"{stages} %" if differ else "%"
         else:

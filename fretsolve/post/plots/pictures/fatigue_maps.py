@@ -16,9 +16,10 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.ticker import LogLocator, MaxNLocator
 
+from fretsolve.case.keys.quantity_names import dataset_name
 from fretsolve.errors import PictureError
 from fretsolve.post.fatigue.fatigue_file import BodyFatigue, fatigue_bodies
-from fretsolve.post.names import dataset_name, fatigue_path
+from fretsolve.post.names import fatigue_path
 from fretsolve.post.plots.canvas import PANEL_WIDTH, Canvas, Target, canvas, scaled_height, title_of
 from fretsolve.post.plots.labels import label_depth
 from fretsolve.post.plots.pictures.beside import chosen_bodies, file_beside

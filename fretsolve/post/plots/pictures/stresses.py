@@ -14,8 +14,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 
+from fretsolve.case.keys.quantity_names import Invariant
 from fretsolve.errors import CaseError, PictureError
-from fretsolve.post.names import Invariant
 from fretsolve.post.plots.canvas import BELOW_LABEL, PANEL_WIDTH, Target, canvas, scaled_height, title_of
 from fretsolve.post.plots.labels import draw_lines, increment_ticks, label_depth
 from fretsolve.post.plots.load_history import step_text

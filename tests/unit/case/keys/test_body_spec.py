@@ -128,3 +128,25 @@ def test_the_command_lists_all_of_them() -> None:
     assert listed.exit_code == 0
     assert "\nTi-6Al-4V          113.8  0.342          880  Ti64, TA6V\n    ASM Aerospace" in listed.stdout
     assert all(one.source in listed.stdout for one in LIBRARY)
+
+
+@pytest.mark.parametrize(
+    ("name", "limit"),
+    [
+        ("S355", 355),
+        ("s235jr", 235),
+        ("Ti-6Al-4V", 880),
+        ("Ti-6Al-4V STA", 1100),
+        ("6061-T6", 276),
+        ("C26000 H02", 350),
+    ],
+)
+def test_graded_materials_have_a_yield_stress_with_its_source(name: str, limit: float) -> None:
+    found = material_named(name)
+    assert found is not None and found.yield_stress == limit
+
+
+@pytest.mark.parametrize("name", ["steel", "52100", "Inconel 718", "brass", "copper", "alumina", "fused silica"])
+def test_open_grades_and_brittle_materials_have_no_yield_stress(name: str) -> None:
+    found = material_named(name)
+    assert found is not None and found.yield_stress is None

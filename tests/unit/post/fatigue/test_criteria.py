@@ -7,6 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from fretsolve.case.keys.material_spec import Material
+from fretsolve.case.keys.quantity_names import CRITERIA
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.criteria import (
     LONGEST,
@@ -16,7 +17,6 @@ from fretsolve.post.fatigue.criteria import (
     shear_strain_lives,
     swt_lives,
 )
-from fretsolve.post.names import CRITERIA
 
 STEEL = {
     "tension_limit": "300 MPa",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fretsolve.post.names import INVARIANTS
+from fretsolve.case.keys.quantity_names import INVARIANTS
 from fretsolve.post.stress.invariants import invariant, largest, principal, von_mises
 
 

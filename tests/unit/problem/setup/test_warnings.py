@@ -6,12 +6,14 @@ from pathlib import Path
 
 import pytest
 from command_line import invoke
+from line_cases import line_case
 from small_cases import CASE, UNLIKE, write_case
 from solving import build
 
 from fretsolve import load_case
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.problem.setup.warnings import case_warnings, cylinder_contact
+from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.problem.setup.yield_warnings import cylinder_contact
 from fretsolve.simulation.problem_setup import set_up
 
 FINE = CASE.replace("points: 16", "points: 64")
@@ -175,15 +177,45 @@ def test_very_large_results_are_told_before_the_run() -> None:
     assert not [text for text in case_warnings(set_up(smaller)) if "takes" in text]
 
 
-@pytest.mark.parametrize(("limit", "warned"), [(1300.0, True), (1330.0, False)])
+@pytest.mark.parametrize(("limit", "warned"), [(1300.0, True), (1310.0, False)])
 def test_yield_is_told_where_a_body_gives_its_yield_stress(limit: float, warned: bool) -> None:
-    """400 N on steel press with p0 = 2106 MPa, 1.6 times 1317 MPa."""
+    """400 N on steel press with p0 = 2106 MPa, 1.6128 times 1305.8 MPa, on a radius of 0.3012 mm."""
     steel = {"young_modulus": 200e3, "poisson_ratio": 0.3}
     case = build(bodies=[steel, steel | {"yield_stress": limit}], grid={"points": 64})
     found = [text for text in case_warnings(set_up(case)) if "yield" in text]
-    assert len(found) == warned
-    if warned:
-        assert found[0].startswith("bodies.1.yield_stress: p0 = 2106 MPa is above 1.6 times the yield stress, 2080 MPa")
+    assert found == warned * [
+        "bodies.1.yield_stress: p0 = 2106 MPa is above 1.613 times the yield stress, 2097 MPa, from where body 2 yields"
+        " below the surface, at a depth of 0.145 mm; the solution is elastic"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("friction", "told"),
+    [
+        (0.5, "friction carries up to 1053 MPa of shear, and body 2 bears 1039 MPa, the yield stress over sqrt(3): it"),
+        (0.49, ""),
+        pytest.param({"coefficient": 0.5, "shear_limit": 1000.0}, "", marks=pytest.mark.slow),
+        pytest.param({"coefficient": 2.0, "shear_limit": 1040.0}, "up to 1040 MPa of shear", marks=pytest.mark.slow),
+        ({"initial": 0.2, "final": 0.6, "slip": 1.0}, "friction carries up to 1264 MPa of shear"),
+        ({"coefficient": [0.5, 0.2]}, "friction carries up to 1053 MPa of shear"),
+    ],
+)
+def test_friction_that_may_yield_the_surface_is_told(friction: object, told: str) -> None:
+    """sqrt(3) times the shear of 1053 MPa at friction 0.5 is 1824 MPa."""
+    steel = {"young_modulus": 200e3, "poisson_ratio": 0.3, "yield_stress": 1800.0}
+    path = [{"P": 400.0}, {"Qx": 10.0}]
+    case = build(bodies=[steel | {"yield_stress": None}, steel], grid={"points": 64}, friction=friction, load_path=path)
+    found = [text for text in case_warnings(set_up(case)) if "yield" in text]
+    assert len(found) == bool(told)
+    assert all(told in text and "below the surface" not in text for text in found)
+
+
+def test_a_line_contact_yields_at_another_pressure() -> None:
+    """Under a cylinder a body of nu = 0.3 yields from p0 = 1.7937 Y on: 200 N/mm on 10 mm press with 836.4 MPa."""
+    steel = {"young_modulus": 200e3, "poisson_ratio": 0.3}
+    for limit, told in ((466.0, True), (467.0, False)):
+        case = line_case(bodies=[steel, steel | {"yield_stress": limit}], load_path=[{"P": 200.0}])
+        assert any("p0 = 836.4 MPa is above 1.794 times" in text for text in case_warnings(set_up(case))) is told
 
 
 def cylinder_setup(points: int = 64, size: object = "auto", **options: object) -> ProblemSetup:

@@ -1,0 +1,77 @@
+"""Check that a case will know what it expects: the cycles, and the side outputs that give the quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_DIMENSIONS
+from fretsolve.case.history import OF_RIG
+from fretsolve.case.keys.output_spec import OutputSpec
+from fretsolve.case.keys.quantity_names import LIFE_NAMES, OF_WHOLE_RUN, OUTPUT_NAMES, WORST_NAMES
+from fretsolve.case.keys.settings_spec import Expectation
+from fretsolve.case.keys.unrolled_path import Stage
+from fretsolve.errors import KeyPath
+
+LIFE_CURVES = {"swt": "strain_life", "fatemi-socie": "shear_strain_life"}
+"""The constants of the material from which a criterion's life follows."""
+
+ADDED = {
+    "stress": "output: {stress: {}}",
+    "fatigue": "output: {fatigue: {material: steel.yaml, criteria: [swt]}}",
+    "crack": "output: {crack: {material: steel.yaml}}",
+}
+"""What a case lacks without a side output."""
+
+
+def unknown_quantities(
+    expect: Sequence[Expectation], stages: Sequence[Stage], output: OutputSpec, *, rig: bool
+) -> Iterator[tuple[KeyPath, str]]:
+    """Yield the key, and a message, of each expectation that the result will not tell.
+
+    stages: of the load path with its cycles unrolled; rig: whether the case has one.
+    """
+    cycles = len({(stage.cycle.cycle, stage.cycle.turn) for stage in stages if stage.cycle is not None})
+    for index, one in enumerate(expect):
+        name, key = one.quantity, ("expect", index)
+        if not rig and (name in OF_RIG or name.startswith(ACTUATOR)):
+            yield (*key, "quantity"), f"{name} is known with a rig alone; the case has none"
+        elif name in CYCLE_DIMENSIONS:
+            yield from ((key + place, message) for place, message in _of_cycle(one, cycles, output))
+        elif one.cycle is not None:
+            yield (*key, "cycle"), f"{name} is no quantity of a cycle; stage chooses the stage at whose end to compare"
+        elif one.stage is not None and name in OF_WHOLE_RUN:
+            message = f"{name} has one value of the whole run; output chooses the cycles that count, remove it"
+            yield (*key, "stage"), message
+        elif (lacking := _lacking(name, output)) is not None:
+            yield (*key, "quantity"), f"{name} {lacking}"
+
+
+def _of_cycle(one: Expectation, cycles: int, output: OutputSpec) -> Iterator[tuple[KeyPath, str]]:
+    """Yield what is wrong with an expectation of a cycle; cycles: the number of cycles that there may be."""
+    name = one.quantity
+    if one.stage is not None:
+        yield ("stage",), f"{name} is a quantity of a cycle; cycle: 1 chooses the first cycle, the last one is compared"
+    elif not cycles:
+        yield ("quantity",), f"{name} is a quantity of a cycle, and the load path has none; another one is needed"
+    elif one.cycle is not None and one.cycle > cycles:
+        yield ("cycle",), f"{one.cycle} is beyond the load path; a cycle from 1 to {cycles} is needed"
+    elif name == "slip_amplitude" and "slip" not in output.fields:
+        yield ("quantity",), f"{name} follows from the slip; output.fields needs slip"
+
+
+def _lacking(name: str, output: OutputSpec) -> str | None:
+    """Return what the case lacks for a quantity beside the result, None if it lacks nothing."""
+    kind = next((kind for kind, names in OUTPUT_NAMES.items() if name in names), None)
+    if kind is None:
+        return None
+    if getattr(output, kind) is None:
+        return f"needs output.{kind}; add {ADDED[kind]}"
+    criterion = WORST_NAMES.get(name) or LIFE_NAMES.get(name)
+    if criterion is None or output.fatigue is None:
+        return None
+    if criterion not in output.fatigue.criteria:
+        return f"needs the criterion {criterion}; add it to output.fatigue.criteria"
+    curve = LIFE_CURVES[criterion] if name in LIFE_NAMES else None
+    if curve is not None and getattr(output.fatigue.material, curve) is None:
+        return f"needs {curve} in output.fatigue.material"
+    return None

@@ -1,0 +1,121 @@
+"""Whether a body may shake down elastically over a cycle, by Melan's theorem.
+
+It shakes down if residual stresses in equilibrium keep the stress at each place and time within yield. A residual
+stress shifts the path of the deviator as a whole. So no place may have a path that is wider than the yield surface:
+the radius of the smallest ball around the path, as vectors of length sqrt(J2), is at most k, the yield stress over
+sqrt(3). This is necessary. It is not sufficient, since the shifts of all places together must be in equilibrium.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fretsolve.post.fatigue.criteria import deviator_vectors
+from fretsolve.post.fatigue.planes import smallest_ball
+from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, elastic_body
+from fretsolve.post.stress.yielding import at_place
+from fretsolve.system.arrays import DoubleArray
+
+
+@dataclass(frozen=True)
+class WidestPath:
+    """The widest path of the deviator in a body.
+
+    radius: of its ball, as sqrt(J2) in MPa, with its error, infinite at a sharp edge; limit: the yield stress (MPa);
+    place: x, y (None in a line contact), depth (mm); averaged: stresses are averages over a length.
+    """
+
+    body: int
+    radius: float
+    error: float
+    limit: float
+    place: tuple[float, float | None, float]
+    averaged: bool
+
+    @property
+    def ratio(self) -> float:
+        """The radius over k; elastic shakedown is impossible above 1."""
+        return math.sqrt(3.0) * self.radius / self.limit
+
+    @property
+    def certain(self) -> bool:
+        """True if the radius is above k by more than its error, or stress has no bound."""
+        return self.ratio > 1.0 if math.isinf(self.error) else math.sqrt(3.0) * (self.radius - self.error) > self.limit
+
+    @property
+    def possible(self) -> bool:
+        """True if the radius is below k by more than its error."""
+        return math.sqrt(3.0) * (self.radius + (0.0 if math.isinf(self.error) else self.error)) <= self.limit
+
+    def __str__(self) -> str:
+        verdict = "is not ruled out" if self.possible else "is impossible" if self.certain else "may be impossible"
+        error = "" if math.isinf(self.error) else f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}"
+        x, y, depth = self.place
+        mean = ", of averaged stresses" if self.averaged else ""
+        more = "; necessary, not sufficient, as residual stresses must be in equilibrium" if self.possible else ""
+        return (
+            f"body {self.body}: elastic shakedown {verdict}: the widest path of the deviator{at_place(x, y)}, depth"
+            f" {depth:.4g} mm{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa"
+            f" (Melan; yield stress {self.limit:g} MPa){more}"
+        )
+
+
+class ShakedownSearch:
+    """Keeps the widest path of each body with a yield stress, of all layers and cycles. limits: yield stresses."""
+
+    def __init__(self, limits: Mapping[int, float]):
+        self._limits = limits
+        self._widest: dict[int, WidestPath] = {}
+
+    def add(self, body: int, cycle: StressCycle, depth: int, stress: DoubleArray) -> None:
+        """Look at the stress (steps, 6, points) of a cycle in its layer number `depth`."""
+        if body not in self._limits:
+            return
+        before = self._widest.get(body)
+        found = widest_path(stress, 0.0 if before is None else before.radius)
+        if found is not None:
+            radius, point = found
+            i, j = divmod(point, cycle.shape[1])
+            y = float(cycle.body.y[j]) if cycle.shape[1] > 1 else None
+            place = float(cycle.body.x[i]), y, float(cycle.depths[depth])
+            steps = list(cycle.cycle.states)
+            error = float(cycle.body.columns["max_mises_error"][steps].max()) / math.sqrt(3.0)
+            limit, averaged = self._limits[body], cycle.average is not None
+            self._widest[body] = WidestPath(body, radius, error, limit, place, averaged)
+
+    def __iter__(self) -> Iterator[WidestPath]:
+        return iter(self._widest.values())
+
+
+def widest_path(stress: DoubleArray, above: float = 0.0) -> tuple[float, int] | None:
+    """Return the radius of the largest ball (sqrt(J2), MPa) around the path of a point that exceeds `above`, and where.
+
+    stress: (steps, 6, points). None if no ball exceeds. A box around a path in the six components is no narrower than
+    the path, and leaves out most points.
+    """
+    half = 0.5 * (stress.max(axis=0) - stress.min(axis=0))
+    bounds = np.sqrt(np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0]) @ np.square(half))
+    found = None
+    for points in (np.array([bounds.argmax()]), None):
+        chosen = np.flatnonzero(bounds > above) if points is None else points
+        if not len(chosen) or bounds[chosen].max() <= above:
+            break
+        radii, _ = smallest_ball(deviator_vectors(stress[:, :, chosen]))
+        best = int(radii.argmax())
+        if radii[best] > above:
+            above = float(radii[best])
+            found = above, int(chosen[best])
+    return found
+
+
+def yield_stresses(cycles: FatigueCycles) -> dict[int, float]:
+    """Return the yield stress (MPa) of each body, else of its material, where one is known."""
+    given = {
+        number: elastic_body(cycles.attributes, number).get("yield_stress", cycles.materials[number].yield_stress)
+        for number in cycles.of_body
+    }
+    return {number: limit for number, limit in given.items() if limit is not None}

@@ -1,0 +1,95 @@
+"""Melan's theorem: the ball around the path of the deviator against the yield surface."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import invoke, result_of
+from small_cases import TWO_CYCLES, write_case
+
+from fretsolve.post.fatigue.criteria import deviator_vectors
+from fretsolve.post.fatigue.planes import smallest_ball
+from fretsolve.post.fatigue.shakedown import WidestPath, widest_path
+
+
+def path(*states: tuple[float, ...]) -> np.ndarray:
+    return np.array(states, float)[:, :, None]
+
+
+@pytest.mark.parametrize(
+    ("states", "largest"),
+    [
+        (path((100, 0, 0, 0, 0, 0), (-100, 0, 0, 0, 0, 0)), 100),  # alternating tension: up to the yield stress
+        (path((0, 0, 0, 0, 0, 0), (200, 0, 0, 0, 0, 0)), 100),  # pulsating tension: up to twice the yield stress
+        (path((0, 0, 0, 60, 0, 0), (0, 0, 0, -60, 0, 0)), 60 * 3**0.5),  # torsion: up to k
+        (path((0, 0, 0, 0, 0, 0), (0, 0, 0, 0, 60, 0)), 30 * 3**0.5),
+        (path((70, 70, 70, 0, 0, 0), (-70, -70, -70, 0, 0, 0)), 0),  # pressure from all sides
+        (path((100, 0, 0, 0, 0, 0), (0, 100, 0, 0, 0, 0), (0, 0, 100, 0, 0, 0)), 100),  # turning tension
+    ],
+)
+def test_least_yield_stress_of_simple_cycles(states: np.ndarray, largest: float) -> None:
+    """A cycle shakes down if the yield stress is at least sqrt(3) times the radius."""
+    found = widest_path(states)
+    assert (0.0 if found is None else 3**0.5 * found[0]) == pytest.approx(largest, abs=1e-9)
+
+
+def test_bounds_leave_out_no_widest_path() -> None:
+    stress = np.random.default_rng(5).normal(size=(7, 6, 300)) * np.linspace(0.5, 1.0, 300)
+    radii, _ = smallest_ball(deviator_vectors(stress))
+    radius, point = widest_path(stress) or (0.0, 0)
+    assert (radius, point) == (pytest.approx(radii.max(), rel=1e-12), radii.argmax())
+    assert widest_path(stress, above=radii.max() * (1 + 1e-9)) is None
+
+
+@pytest.mark.parametrize(
+    ("radius", "error", "verdict"),
+    [
+        (70, 5, "is impossible"),
+        (60, 5, "may be impossible"),
+        (50, 5, "is not ruled out"),
+        (60, np.inf, "is impossible"),
+    ],
+)
+def test_verdicts(radius: float, error: float, verdict: str) -> None:
+    """k is 57.74 MPa."""
+    text = str(WidestPath(2, radius, error, 100.0, (0.1, 0.0, 0.02), averaged=False))
+    assert text.startswith(
+        f"body 2: elastic shakedown {verdict}: the widest path of the deviator at x = 0.1, y = 0 mm, "
+    )
+    assert f"depth 0.02 mm, needs {radius / 57.735:.3g}" in text
+    assert " times k = 57.74 MPa (Melan; yield stress 100 MPa)" in text
+    assert ("necessary, not sufficient" in text) is (verdict == "is not ruled out")
+
+
+@pytest.fixture(scope="module")
+def loop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    text = TWO_CYCLES.replace("poisson_ratio: 0.3}", "poisson_ratio: 0.3, yield_stress: 3 GPa}")
+    return result_of(write_case(tmp_path_factory.mktemp("shakedown"), text, "loop.yaml"), "-q")
+
+
+def test_stress_over_a_cycle_and_fatigue_tell_the_same(loop: Path) -> None:
+    depths = ("--depth", "0mm", "--depth", "50um")
+    told = invoke("stress", loop, *depths, "--cycle", "last").stdout.splitlines()[-1]
+    assert told.startswith("body 2: elastic shakedown is not ruled out: ")
+    assert invoke("stress", loop, *depths, "--cycle", "last", "-q", "--overwrite").stdout == ""
+    material = "tension_limit=300 MPa,torsion_limit=190 MPa"
+    found = invoke("fatigue", loop.with_suffix(".stress.h5"), "--material", material, "--criterion", "crossland")
+    assert told in found.stdout.splitlines()
+    assert "elastic shakedown" not in invoke("stress", loop, *depths, "--overwrite").stdout
+
+
+def test_the_yield_stress_of_the_material_counts_where_the_body_has_none(tmp_path: Path) -> None:
+    out = result_of(write_case(tmp_path, TWO_CYCLES, "loop.yaml"), "-q")
+    keys, options = "tension_limit=300 MPa,torsion_limit=190 MPa", ("--criterion", "crossland", "-q", "--overwrite")
+    assert invoke("fatigue", out, "--material", keys, *options).stderr == ""
+    told = invoke("fatigue", out, "--material", f"{keys},yield_stress=100 MPa", *options).stderr
+    assert told.startswith(f"{out}: warning: body 2: elastic shakedown is impossible: the widest path of the deviator")
+
+
+def test_increments_without_fields_are_told(tmp_path: Path) -> None:
+    text = TWO_CYCLES.replace("poisson_ratio: 0.3}", "poisson_ratio: 0.3, yield_stress: 3 GPa}")
+    out = result_of(write_case(tmp_path, f"{text}output: {{every: 4}}\n", "loop.yaml"), "-q")
+    told = invoke("stress", out, "--depth", "0mm", "--cycle", "last", "-q").stderr
+    assert "shakedown is not looked at: increments without fields are among those where a stage" in told
