@@ -465,7 +465,9 @@ def fatigue(threads: int, **options: Any) -> int:
     help="The parameter that gives the cycles to a crack, by default the one whose life curve the material has.",
 )
 @click.option("--final-length", metavar="L", help="Length at which life ends, by default where toughness is reached.")
-@click.option("--thickness", metavar="L", help="Thickness of the body: warn of cracks longer than a tenth of it.")
+@click.option(
+    "--thickness", metavar="L", help="Thickness of the body, at which life ends; K holds for cracks of a tenth of it."
+)
 @click.option(
     "--cycle",
     metavar="last|N|all",

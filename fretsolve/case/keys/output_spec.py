@@ -200,11 +200,13 @@ class CrackSpec(CyclesSpec):
     )
     final_length: PositiveLength | None = Field(
         default=None,
-        description="length of the crack at which life ends; by default where toughness is reached",
+        description="length of the crack at which life ends; by default where toughness or thickness is reached",
         examples=["2 mm"],
     )
     thickness: PositiveLength | None = Field(
-        default=None, description="thickness of the body, of which a crack may take a tenth", examples=["10 mm"]
+        default=None,
+        description="thickness of the body, at which life ends at the latest; K is right for cracks of a tenth of it",
+        examples=["10 mm"],
     )
 
 

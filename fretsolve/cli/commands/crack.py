@@ -227,7 +227,10 @@ def _life_lines(crack: Crack) -> Iterator[str]:
     if growth.first is not None:
         first = int(np.flatnonzero(crack.lengths == growth.first)[0])
         begins, grows = float(crack.initiation[first]), float(growth.propagation[first])
-        line += f": {_cycles(begins)} to a crack of b = {growth.first:.4g} mm, {_cycles(grows)} from it to {end}"
+        shortest = ", the shortest one looked at," if first == 0 else ","
+        line += (
+            f": {_cycles(begins)} to a crack of b = {growth.first:.4g} mm{shortest} {_cycles(grows)} from it to {end}"
+        )
     yield f"  {line}"
     if growth.crossing is not None:
         yield f"  a crack takes as long to begin as to grow at b = {growth.crossing:.4g} mm"

@@ -168,7 +168,7 @@ def _analysed(
     most_error = factor * np.abs(largest[1:] - most).max(axis=0) + WEIGHT_ERROR * most
     initiation, missing_curve = _initiation(line, place, lengths, factor, cycles, material, request.life_criterion)
     times = tuple(one.times for one in cycles)
-    rule = GrowthRule(material, times, request.final_length)
+    rule = GrowthRule(material, times, request.last_length)
     growth, shortest, longest = (
         rule.growth(
             lengths,
@@ -178,7 +178,7 @@ def _analysed(
         )
         for index, sign in enumerate((0.0, 1.0, -1.0))
     )
-    alone = GrowthRule(material, (1.0,), request.final_length)
+    alone = GrowthRule(material, (1.0,), request.last_length)
     of_each = [
         alone.growth(lengths, ranges[[index]], K[0, 0, list(one.states)].max(axis=0), first)
         for index, one in enumerate(cycles)
@@ -219,12 +219,13 @@ def _stress_intensities(
     line: StressLine, place: Place, half_width: float, material: Material, request: CrackRequest
 ) -> tuple[DoubleArray, DoubleArray]:
     """Return lengths, and the stress intensities (2, 1 + averages, steps, lengths) of cracks of these lengths."""
-    final = request.final_length
+    final = request.last_length
     if final is not None and final <= (shortest := SHORTEST * half_width):
         message = (
             f"{final:g} mm is out of range; a length above {shortest:.3g} mm, a hundredth of the half-width of the"
         )
-        raise request.problem("final-length", f"{message} contact, is needed")
+        key = "thickness" if request.final_length is None else "final-length"
+        raise request.problem(key, f"{message} contact, is needed")
     lengths = crack_lengths(half_width, 0, max(LONGEST_USUAL * half_width, final or 0.0))
     K = line.stress_intensity((place.x, place.y), lengths)
     if material.paris is None or material.toughness is None or final is not None:

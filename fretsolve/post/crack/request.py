@@ -41,6 +41,18 @@ class CrackRequest:
     problem: Callable[[str, str], CaseError] = lambda key, message: CaseError(message, (), f"--{key}")
 
     @property
+    def last_length(self) -> float | None:
+        """The length (mm) beyond which there is no crack: the final length, or the thickness of the body.
+
+        Raises CaseError for a final length above the thickness.
+        """
+        final, thickness = self.final_length, self.thickness
+        if final is not None and thickness is not None and final > thickness:
+            message = f"{final:g} mm is more than the thickness {thickness:g} mm of the body"
+            raise self.problem("final-length", f"{message}; a shorter length is needed")
+        return thickness if final is None else final
+
+    @property
     def life_criterion(self) -> LifeCriterion | None:
         """The criterion of the cycles to a crack, None if the material has no life curve."""
         curves = (name for name, key in CURVES.items() if getattr(self.material.material, key) is not None)
