@@ -223,7 +223,7 @@ def print_residuals() -> None:
     names = ("gap", "stick", "slip", "bound", "load")
     print("| case | increments | tolerance |", " | ".join(names), "|")
     print("| --- " * (3 + len(names)) + "|")
-    for path in sorted(CASES.glob("*.yaml")):
+    for path in cases_at(CASES)[0]:
         case = fretsolve.load_case(path)
         summaries = [state.summary for state in fretsolve.run(case)]
         worst = [max(getattr(s, f"residual_{name}") for s in summaries) for name in names]

@@ -142,6 +142,8 @@ def _value(node: Schema) -> str:
             return ", or ".join(found)
     if node.get("type") == "array":
         return _list(node)
+    if node.get("type") == "object":
+        return f"`{str(node['examples'][0]).replace(chr(39), '')}`"
     words = {"integer": "integer", "boolean": "`true`, `false`", "string": "text", "number": "number"}
     least = f" from {node['minimum']}" if node.get("type") == "integer" and "minimum" in node else ""
     return words[node["type"]] + least

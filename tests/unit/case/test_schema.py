@@ -19,11 +19,12 @@ from fretsolve.case.loading import load_case
 from fretsolve.case.quantities import UNIT_NOTE, to_internal
 from fretsolve.case.schema import area_schema, case_schema
 from fretsolve.case.source import parse
+from fretsolve.cli.commands.check import cases_at
 
 UNITS = {one.unit: one for one in (STIFFNESS, TURNING_STIFFNESS, LAYER_COMPLIANCE, *DIMENSIONS)}
 ROOT = Path(__file__).parents[3]
-FOLDERS = (ROOT / "cases", ROOT / "cases" / "external", Path(fretsolve.__file__).parent / "templates")
-CASES = [case for folder in FOLDERS for case in folder.glob("*.yaml")]
+FOLDERS = (ROOT / "cases", ROOT / "cases" / "external", Path(fretsolve.__file__).parent / "case" / "templates")
+CASES = [case for folder in FOLDERS[:2] for case in cases_at(folder)[0]] + sorted(FOLDERS[2].glob("*.yaml"))
 
 
 @pytest.fixture(scope="module")

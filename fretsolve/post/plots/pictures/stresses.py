@@ -163,6 +163,7 @@ def draw_section(
 
 
 def draw_layer(axes: Axes, x: DoubleArray, y: DoubleArray, values: DoubleArray, **look: Any) -> AxesImage:
+    """Draw values (nx, ny) on the surface."""
     image = axes.imshow(values.T, origin="lower", extent=(*outer_edges(x), *outer_edges(y)), **look)
     axes.grid(False)
     axes.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)")
