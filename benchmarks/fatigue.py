@@ -41,8 +41,9 @@ def loop(points: int, depths: int) -> Iterator[DoubleArray]:
 
     from fretsolve import open_result
     from fretsolve.cli.commands.run import run_case
+    from fretsolve.post.stress.cycles import cycles_of
     from fretsolve.post.stress.request import layers, stress_request
-    from fretsolve.post.stress.tractions import TractionHistory, last_cycle
+    from fretsolve.post.stress.tractions import TractionHistory
     from fretsolve.system.signals import StopRequest
 
     steel = "{young_modulus: 200 GPa, poisson_ratio: 0.3}"
@@ -64,7 +65,7 @@ load_path:
             run_case(case, None, (), stop, quiet=True)
         with open_result(case.with_suffix(".h5")) as result:
             tractions = TractionHistory(result)
-            steps = last_cycle(result)
+            steps = cycles_of(result)[-1].states
             radius = float(result.history["contact_radius"][-1])
             wanted = tuple(np.linspace(0.0, radius, depths))
             request = stress_request(tractions, steps, (2,), wanted, window="all")

@@ -14,10 +14,11 @@ from small_cases import CYCLES_UNDER_BULK, write_case
 from fretsolve import open_result
 from fretsolve.post.plots import stress_cycle, stress_map
 from fretsolve.post.plots.pictures.stresses import SIDE_MARGIN
+from fretsolve.post.stress.cycles import cycles_of
 from fretsolve.post.stress.influence import COMPONENTS, point_influence
 from fretsolve.post.stress.invariants import invariant
 from fretsolve.post.stress.stress_file import read_peaks
-from fretsolve.post.stress.tractions import TractionHistory, last_cycle
+from fretsolve.post.stress.tractions import TractionHistory
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +70,7 @@ def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
     """The ends of all stages, graded depths from the surface on, the contact with a margin."""
     with open_result(folder / "case.h5") as result:
         radius = float(result.history["contact_radius"].max())
-        assert last_cycle(result) == (4, 5, 6, 7, 8)
+        assert cycles_of(result)[-1].states == (4, 5, 6, 7, 8)
     out = tmp_path / "s.h5"
     for words, steps in (
         ((), [0, 2, 4, 6, 8]),
