@@ -20,7 +20,7 @@ from helpers import parser_of, report
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.post.fatigue import criteria, critical_plane
 from fretsolve.post.fatigue.criteria import fatigue_field
-from fretsolve.post.names import CRITERIA
+from fretsolve.post.names import STRESS_CRITERIA
 from fretsolve.system.arrays import DoubleArray
 
 MATERIAL = Material(
@@ -82,16 +82,16 @@ def print_costs(points: int, depths: int) -> None:
     print()
     print("| criterion | s | us per point | refined points | worst |")
     print("| --- | --- | --- | --- | --- |")
-    seconds, refined, worst = (dict.fromkeys(CRITERIA, 0.0) for _ in range(3))
+    seconds, refined, worst = (dict.fromkeys(STRESS_CRITERIA, 0.0) for _ in range(3))
     for stress in loop(points, depths):
-        for name in CRITERIA:
-            options = {"known": worst[name]} if worst[name] and name not in CRITERIA[:2] else {}
+        for name in STRESS_CRITERIA:
+            options = {"known": worst[name]} if worst[name] and name not in STRESS_CRITERIA[:2] else {}
             began = time.process_time()
             field = fatigue_field(name, MATERIAL, stress, **options)
             seconds[name] += time.process_time() - began
             worst[name] = max(worst[name], float(field.value.max()))
             refined[name] += 0.0 if field.refined is None else float(field.refined.sum())
-    for name in CRITERIA:
+    for name in STRESS_CRITERIA:
         each = 1e6 * seconds[name] / (points * points * depths)
         print(f"| {name} | {seconds[name]:.1f} | {each:.0f} | {refined[name]:.0f} | {worst[name]:.5g} |")
 

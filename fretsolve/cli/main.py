@@ -43,10 +43,15 @@ _CASES = click.argument("cases", type=FILE, nargs=-1, required=True, metavar="CA
 _CYCLE = click.option(
     "--cycle",
     metavar="last|N|all",
-    default="last",
-    show_default=True,
-    help="The cycle that counts, by its number in `fretsolve show`, or each one. A load path without a cycle counts as"
-    " one.",
+    help="The cycle that counts, by default the last one: its number in `fretsolve show`, or each one. A load path"
+    " without a cycle counts as one.",
+)
+_BLOCKS = click.option(
+    "--blocks",
+    metavar="FILE",
+    type=FILE,
+    help="A CSV with the heading cycle,times: which cycle of the case stands for how many. The block is repeated, and"
+    " damage adds up by Miner's rule.",
 )
 _BODY = click.Choice(["1", "2"])
 _WINDOW = click.option(
@@ -396,7 +401,7 @@ def stress(threads: int, **options: Any) -> int:
     "--criterion",
     "criteria",
     "NAME,...",
-    "crossland, dang-van, findley, mcdiarmid, fatemi-socie or swt.",
+    "crossland, dang-van, findley, mcdiarmid, fatemi-socie, swt, ruiz-1 or ruiz-2, also written with _.",
     required=True,
 )
 @click.option(
@@ -406,6 +411,7 @@ def stress(threads: int, **options: Any) -> int:
     " volume:20um (over a cube).",
 )
 @_CYCLE
+@_BLOCKS
 @repeatable_option("--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=_BODY)
 @_WINDOW
 @output_option("By default OUT with .fatigue.h5.", "FILE", "target")
@@ -416,9 +422,9 @@ def fatigue(threads: int, **options: Any) -> int:
     """Find where cracks may begin, from the result OUT or from a file of its stresses.
 
     FILE gets each parameter over depth, x and y with its critical plane, and the utilisation of its limit or the life.
-    The worst places are printed. From a result the stresses of its last cycle are computed first, at the depths of
-    `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
-    no cycle.
+    The worst places are printed with their error bars. From a result the stresses of the cycles are computed first, at
+    the depths of `fretsolve stress`; a file of stresses knows its cycles, but neither error bars nor the slip that
+    Ruiz's parameters need. Of several cycles the largest parameter counts at each point, and damage adds up.
     """
     from fretsolve.cli.commands.computed_files import FatigueOptions, fatigue_of_result
 

@@ -136,7 +136,7 @@ def _columns(
 
         worst = read_worst(fatigue_path(result.path), result)
         for name in of_fatigue:  # known of the last cycle alone, whatever the stage
-            columns[name] = _Column({one.stage: (worst[name], math.nan) for one in quantities}, abs(worst[name]), "")
+            columns[name] = _Column({one.stage: worst[name] for one in quantities}, abs(worst[name][0]), "")
     return columns
 
 

@@ -114,9 +114,11 @@ def search(
         left = left[bound[left] > worst + (ACCURACY * abs(worst) if worst > -np.inf else 0.0)]
         left = left[np.argsort(-bound[left], kind="stable")]
         some, left = left[:count], left[count:]
+        if not some.size:
+            break
         value[some], normal[:, some] = fine.refined(np.ascontiguousarray(stress[:, :, some]))
         refined[some] = True
-        worst = max(worst, float(value[some].max(initial=-np.inf)))
+        worst = max(worst, float(value[some].max()))
     return PlaneField(value, upright(normal.T).T, refined)
 
 

@@ -88,7 +88,7 @@ class PlaneCells:
         return cls(step, np.transpose(middles), np.transpose(sides))
 
     def __len__(self) -> int:
-        return self.middles.shape[1]
+        return int(self.middles.shape[1])
 
     @property
     def normals(self) -> DoubleArray:
@@ -101,12 +101,15 @@ class PlaneCells:
         middles = self.middles[:, :, None] + 0.25 * self.sides[:, :, None] * corners[:, None]
         return PlaneCells(0.5 * self.step, middles.reshape(2, -1), np.repeat(0.5 * self.sides, 4, axis=1))
 
-    def bounds(
-        self, criterion: PlaneCriterion, stress: DoubleArray, worst: float
-    ) -> tuple[DoubleArray, PlaneCells]:
-        """Return the most that each point may have, (points,), and the cells in which one may have `worst` or more."""
+    def bounds(self, criterion: PlaneCriterion, stress: DoubleArray, worst: float) -> tuple[DoubleArray, PlaneCells]:
+        """Return the most that each point may have, (points,), and the cells in which one may have `worst` or more.
+
+        A point may have `worst` in any case, since it may lie in cells that were left out before.
+        """
         steps, _, points = stress.shape
-        bound, kept = np.empty(points), np.zeros(len(self), bool)
+        bound, kept = np.full(points, worst), np.zeros(len(self), bool)
+        if not len(self):
+            return bound, self
         rows, size = criterion.rows(self.normals), max(1, BLOCK // steps)
         for begin in range(0, points, size):
             block = slice(begin, begin + size)
@@ -117,7 +120,7 @@ class PlaneCells:
                 highest = amplitude.argmax(axis=0)
                 exact = evaluate(criterion, stress[:, :, block], self.normals[highest][:, None])[0][:, 0]
                 upper[with_margin(amplitude, self.step) < exact] = -np.inf
-            bound[block] = upper.max(axis=0)
+            bound[block] = np.maximum(worst, upper.max(axis=0))
             kept |= (upper >= worst).any(axis=1)
         return bound, self._those(kept)
 
