@@ -188,7 +188,7 @@ class CrackSpec(CyclesSpec):
         default="edge",
         description="x of the crack: edge, the edge of the contact with the larger tension, max, where the fatigue"
         " parameter on the surface is largest, or a length",
-        examples=["edge"],
+        examples=["0.1 mm"],
     )
     body: Literal[1, 2] | None = Field(
         default=None, description="the body that may crack; by default 2, or 1 if that is rigid", examples=[2]
