@@ -16,7 +16,7 @@ from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.output_spec import KINDS
 from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.cli.commands.worst_lines import UNBOUNDED, counted, worst_lines
+from fretsolve.cli.commands.worst_lines import UNBOUNDED, counted, error_text, worst_lines
 from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
 from fretsolve.post.fatigue.fatigue_file import write_fatigue
@@ -166,9 +166,7 @@ def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> I
             mark = _mark(peak)
             notes.add(mark)
             place = f"x = {peak.x:.4g}, y = {peak.y:.4g}, depth {peak.depth:.4g} mm, increment {request.steps[index]}"
-            error = f" ± {peak.error:.2g}" if peak.error < 100.0 else f" ± {peak.error:.0f}"
-            if peak.unbounded:
-                error = ""
+            error = "" if peak.unbounded else error_text(peak.error)
             yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g}{error} MPa at {place}"
         if "*" in notes:
             yield "  * at the edge of contact, where stress converges with the square root of the cell: extrapolated"

@@ -13,6 +13,13 @@ UNBOUNDED = "on these cells; at a sharp edge or tip stress grows without bound a
 """What is said of a largest value at a sharp edge."""
 
 
+def error_text(error: float) -> str:
+    """Return an error bar, empty if it is not known or has no bound."""
+    if not math.isfinite(error):
+        return ""
+    return f" ± {error:.2g}" if error < 100.0 else f" ± {error:.0f}"
+
+
 def counted(values: Sequence[object], noun: str) -> str:
     """Return how many values there are, in words."""
     return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
@@ -38,17 +45,20 @@ def worst_lines(number: int, of_body: StressCycles, worst: WorstOfBody) -> Itera
 def _rows_of_cycles(of_body: StressCycles, worst: WorstOfBody) -> Iterator[str]:
     """Return a table of the worst values of each cycle, with how often the cycle occurs."""
     units = [f"{name}, {found.units}" if found.units != "1" else name for name, found in worst.total.items()]
-    yield "  " + "".join(f"{text:>20}" for text in ("cycle", "times", *units))
+    widths = [max(len(unit), 9) for unit in ("", "", *units)]
+    rows = [("cycle", "times", *units)]
     for cycle, found in zip(of_body.cycles, worst.of_cycles, strict=True):
         cells = f"{cycle.number}", f"{cycle.times:g}", *(f"{one.value:.4g}" for one in found.values())
-        yield "  " + "".join(f"{text:>20}" for text in cells)
+        rows.append(cells)
+    for row in rows:
+        yield "  " + "  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True))
 
 
 def _line_of(found: Worst, block: float | None) -> str:
     """Return the line of a criterion; block: how many cycles a block has, None for a single cycle."""
     unit = f" {found.units}" if found.units != "1" else ""
     x, y, depth = found.place
-    error = f" ± {found.error:.2g}" if math.isfinite(found.error) else ""
+    error = error_text(found.error)
     line = f"  {found.criterion:<13} {found.value:9.4g}{error}{unit}"
     if found.limit is not None:
         line += f", {100.0 * found.value / found.limit:.3g} % of {found.limit:.4g}{unit}"

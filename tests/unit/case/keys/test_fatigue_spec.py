@@ -109,7 +109,7 @@ def test_mistakes(tmp_path, keys, line, message):
         (
             TWO_CYCLES.replace("  - {young_modulus: 200 GPa, poisson_ratio: 0.3}\n", "  - rigid\n", 1),
             "16: output.fatigue.bodies.0: body 1 is rigid, so that it has no stress; leave it out",
-        ),
+        )
     ],
 )
 def test_what_the_rest_of_the_case_must_have(tmp_path, before, message):

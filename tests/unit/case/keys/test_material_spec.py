@@ -12,12 +12,7 @@ from fretsolve.case.keys.material_spec import Material, ParisLaw
 
 @pytest.mark.parametrize(
     ("text", "value"),
-    [
-        ("2.1 MPa m^0.5", 2.1),
-        ("2.1 MPa sqrt(m)", 2.1),
-        ("100 MPa mm^0.5", 100.0 / 1000.0**0.5),
-        (2.1, 2.1),
-    ],
+    [("2.1 MPa m^0.5", 2.1), ("2.1 MPa sqrt(m)", 2.1), ("100 MPa mm^0.5", 100.0 / 1000.0**0.5), (2.1, 2.1)],
 )
 def test_stress_intensities(text: str | float, value: float) -> None:
     material = Material.model_validate({"threshold_range": text, "toughness": text})

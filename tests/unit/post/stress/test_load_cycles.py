@@ -77,12 +77,7 @@ THREE = [LoadCycle(n, tuple(range(4 * n - 4, 4 * n + 1)), (4 * n - 4, 4 * n)) fo
 
 @pytest.mark.parametrize(
     ("choice", "numbers", "times"),
-    [
-        ("last", [3], [1.0]),
-        ("all", [1, 2, 3], [1.0] * 3),
-        (2, [2], [1.0]),
-        ({3: 10.0, 1: 0.5}, [3, 1], [10.0, 0.5]),
-    ],
+    [("last", [3], [1.0]), ("all", [1, 2, 3], [1.0] * 3), (2, [2], [1.0]), ({3: 10.0, 1: 0.5}, [3, 1], [10.0, 0.5])],
 )
 def test_choices(choice: Mapping[int, float], numbers: list[int], times: list[float]) -> None:
     found = chosen(THREE, choice)
