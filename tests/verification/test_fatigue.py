@@ -12,6 +12,7 @@ from fretsolve.case.keys.material_spec import Material
 from fretsolve.post.fatigue import critical_plane
 from fretsolve.post.fatigue.criteria import FatigueField, fatemi_socie, fatigue_field, findley, swt
 from fretsolve.post.fatigue.critical_plane import PlaneField
+from fretsolve.post.fatigue.plane_cells import scan_margin
 from fretsolve.post.fatigue.planes import PlaneCriterion
 from fretsolve.post.names import STRESS_CRITERIA
 from fretsolve.post.stress.influence import COMPONENTS
@@ -192,7 +193,7 @@ class TestSearch:
         assert pruned.refined[pruned.value.argmax()]
         assert pruned.refined.mean() < 0.7
         assert full.refined.all()
-        margin = critical_plane.scan_margin(critical_plane.SCAN_STEP)
+        margin = scan_margin(critical_plane.SCAN_STEP)
         assert (pruned.value >= full.value - margin * np.maximum(full.value, 0.1 * full.value.max())).all()
 
     def test_worst_of_compressed_points_is_found(self):

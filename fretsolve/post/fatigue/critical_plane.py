@@ -53,7 +53,7 @@ MOST_CELLS = 2000
 SAME_PLANE = 1e-3
 """Radians within which planes are the same; from there the search leads to the same top."""
 
-LEAST_GAIN = 1e-10
+LEAST_GAIN = 1e-13
 """Share by which a plane must be better: along a ridge of nearly equal planes the search would creep for less."""
 
 TIE = 1e-6
@@ -229,7 +229,7 @@ def _shear_direction(stress: DoubleArray, normals: DoubleArray) -> DoubleArray:
 
 
 def _climb(
-    criterion: PlaneCriterion, rank: Combine, stress: DoubleArray, normals: DoubleArray, turn: float, rounds: int = 500
+    criterion: PlaneCriterion, rank: Combine, stress: DoubleArray, normals: DoubleArray, turn: float, rounds: int = 150
 ) -> DoubleArray:
     """Return the planes (points, 3) of largest rank near `normals`; turn: radians of the first step.
 
