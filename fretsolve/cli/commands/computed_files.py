@@ -1,6 +1,6 @@
 """Carry out ``fretsolve stress`` and ``fretsolve fatigue``: compute files from a result, and print the largest values.
 
-Stresses lie below the surface; fatigue parameters are over the last cycle of a result.
+Stresses lie below the surface; fatigue parameters are over cycles of a result, by default the last one.
 
 Functions here raise CaseError and FileError.
 """

@@ -3,10 +3,12 @@
 1. Scan planes `step` degrees apart at every point. The circle around a shear path is bounded from above by its largest
    distance from the middle of its bounding box. Exact circles are found in the order of these bounds, until no plane
    of the scan can be better. One parabola through planes around the best one then improves it; where planes without
-   tension are worth nothing, some more rounds of the search of step 3 do.
+   tension are worth nothing, some more rounds of the search of step 4 do.
 2. What a scan may miss is less than `scan_margin`: a parameter is the largest of many smooth functions of the plane, so
    its maximum is a smooth hill, and the error of a scan grows with the square of its step.
-3. Refine points in the order of their bounds, from several planes of a finer scan, until no other point can beat the
+3. Where the bounds of the scan leave many points, cells of planes in which some point may be the worst are halved, until
+   few points are left or refining them costs less. This is so where stress is nearly uniform.
+4. Refine points in the order of their bounds, from several planes of a finer scan, until no other point can beat the
    worst. The other points keep the value of the first scan, which is at most that share too small.
 """
 
@@ -42,12 +44,12 @@ FINEST_TURN = 2e-5
 """Radians to which the plane of a refined point is found; a parameter is then off by the square of this angle."""
 
 FIRST_REFINED = 8
-"""Points that are refined at first; then twice as many each time, so that few are where bounds become closer."""
+"""Points that are refined before bounds become closer, where no worst value is known."""
 
 ACCURACY = 1e-6
 """Share by which the worst value may be too small, beside the error of a refined plane."""
 
-MOST_CELLS = 2000
+MOST_CELLS = 1000
 """Cells of planes from which on refining a point costs less than bounding it."""
 
 SAME_PLANE = 1e-3
@@ -99,26 +101,26 @@ def search(
         return PlaneField(value, upright(normal.T).T, ~refined)
     worst, left, cells = known, np.arange(points), PlaneCells.of_half_sphere(step)
     count = min(FIRST_REFINED, most)
-    while left.size:
-        if left.size > count and len(cells) < MOST_CELLS and worst > -np.inf:
-            # Many are left where stress is nearly uniform: bound them on smaller cells of planes.
-            history = np.ascontiguousarray(stress[:, :, left])
-            if cells.step == step:
-                cells = cells.bounds(criterion, history, worst)[1]
-            closer, cells = cells.halved().bounds(criterion, history, worst)
-            bound[left] = np.minimum(bound[left], closer)
-            value[left] = np.minimum(value[left], bound[left])  # the plane of a scan may be wrong where planes tie
-        elif count < most:
-            count *= 2
+    while True:
+        if worst > -np.inf:
+            left = left[bound[left] > worst + ACCURACY * abs(worst)]
+            if left.size > count and len(cells) < MOST_CELLS:
+                # Many are left where stress is nearly uniform: bound them on smaller cells of planes.
+                history = np.ascontiguousarray(stress[:, :, left])
+                if cells.step == step:
+                    cells = cells.bounds(criterion, history, worst)[1]
+                closer, cells = cells.halved().bounds(criterion, history, worst)
+                bound[left] = np.minimum(bound[left], closer)
+                value[left] = np.minimum(value[left], bound[left])  # the plane of a scan may be wrong where planes tie
+                continue
+        if not left.size:
+            break
         # Refine the points that may be worst, in the order of their bounds.
-        left = left[bound[left] > worst + (ACCURACY * abs(worst) if worst > -np.inf else 0.0)]
         left = left[np.argsort(-bound[left], kind="stable")]
         some, left = left[:count], left[count:]
-        if not some.size:
-            break
         value[some], normal[:, some] = fine.refined(np.ascontiguousarray(stress[:, :, some]))
         refined[some] = True
-        worst = max(worst, float(value[some].max()))
+        worst, count = max(worst, float(value[some].max())), most
     return PlaneField(value, upright(normal.T).T, refined)
 
 
