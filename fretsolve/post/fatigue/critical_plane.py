@@ -6,8 +6,8 @@
    tension are worth nothing, some more rounds of the search of step 4 do.
 2. What a scan may miss is less than `scan_margin`: a parameter is the largest of many smooth functions of the plane, so
    its maximum is a smooth hill, and the error of a scan grows with the square of its step.
-3. Where the bounds of the scan leave many points, cells of planes in which some point may be the worst are halved, until
-   few points are left or refining them costs less. This is so where stress is nearly uniform.
+3. Where the bounds of the scan leave many points, as in nearly uniform stress, halve the cells of planes in which some
+   point may be the worst, until few points are left or refining them costs less.
 4. Refine points in the order of their bounds, from several planes of a finer scan, until no other point can beat the
    worst. The other points keep the value of the first scan, which is at most that share too small.
 """
