@@ -191,7 +191,7 @@ class WorstSearch:
         if shortest is None:
             return None
         share = worst.error / worst.value if worst.value > 0.0 else worst.error
-        if math.isnan(share):
+        if not math.isfinite(share):
             return Life(shortest.life, shortest.place)
         low, high = (
             self._life_at(worst.criterion, shortest.values * max(1.0 + sign * share, 0.0)) for sign in (1.0, -1.0)
