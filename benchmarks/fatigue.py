@@ -18,7 +18,7 @@ import numpy as np
 from helpers import parser_of, report
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.case.keys.quantity_names import CRITERIA
+from fretsolve.case.keys.quantity_names import STRESS_CRITERIA
 from fretsolve.post.fatigue import criteria, critical_plane
 from fretsolve.post.fatigue.criteria import fatigue_field
 from fretsolve.system.arrays import DoubleArray
@@ -41,8 +41,9 @@ def loop(points: int, depths: int) -> Iterator[DoubleArray]:
 
     from fretsolve import open_result
     from fretsolve.cli.commands.run import run_case
+    from fretsolve.post.stress.cycles import cycles_of
     from fretsolve.post.stress.request import layers, stress_request
-    from fretsolve.post.stress.tractions import TractionHistory, last_cycle
+    from fretsolve.post.stress.tractions import TractionHistory
     from fretsolve.system.signals import StopRequest
 
     steel = "{young_modulus: 200 GPa, poisson_ratio: 0.3}"
@@ -64,7 +65,7 @@ load_path:
             run_case(case, None, (), stop, quiet=True)
         with open_result(case.with_suffix(".h5")) as result:
             tractions = TractionHistory(result)
-            steps = last_cycle(result)
+            steps = cycles_of(result)[-1].states
             radius = float(result.history["contact_radius"][-1])
             wanted = tuple(np.linspace(0.0, radius, depths))
             request = stress_request(tractions, steps, (2,), wanted, window="all")
@@ -81,16 +82,16 @@ def print_costs(points: int, depths: int) -> None:
     print()
     print("| criterion | s | us per point | refined points | worst |")
     print("| --- | --- | --- | --- | --- |")
-    seconds, refined, worst = (dict.fromkeys(CRITERIA, 0.0) for _ in range(3))
+    seconds, refined, worst = (dict.fromkeys(STRESS_CRITERIA, 0.0) for _ in range(3))
     for stress in loop(points, depths):
-        for name in CRITERIA:
-            options = {"known": worst[name]} if worst[name] and name not in CRITERIA[:2] else {}
+        for name in STRESS_CRITERIA:
+            options = {"known": worst[name]} if worst[name] and name not in STRESS_CRITERIA[:2] else {}
             began = time.process_time()
             field = fatigue_field(name, MATERIAL, stress, **options)
             seconds[name] += time.process_time() - began
             worst[name] = max(worst[name], float(field.value.max()))
             refined[name] += 0.0 if field.refined is None else float(field.refined.sum())
-    for name in CRITERIA:
+    for name in STRESS_CRITERIA:
         each = 1e6 * seconds[name] / (points * points * depths)
         print(f"| {name} | {seconds[name]:.1f} | {each:.0f} | {refined[name]:.0f} | {worst[name]:.5g} |")
 

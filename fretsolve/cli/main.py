@@ -45,10 +45,15 @@ _CASES = click.argument("cases", type=FILE, nargs=-1, required=True, metavar="CA
 _CYCLE = click.option(
     "--cycle",
     metavar="last|N|all",
-    default="last",
-    show_default=True,
-    help="The cycle that counts, by its number in `fretsolve show`, or each one. A load path without a cycle counts as"
-    " one.",
+    help="The cycle that counts, by default the last one: its number in `fretsolve show`, or each one. A load path"
+    " without a cycle counts as one.",
+)
+_BLOCKS = click.option(
+    "--blocks",
+    metavar="FILE",
+    type=FILE,
+    help="A CSV with the heading cycle,times: which cycle of the case stands for how many. The block is repeated, and"
+    " damage adds up by Miner's rule.",
 )
 _BODY = click.Choice(["1", "2"])
 _WINDOW = click.option(
@@ -413,7 +418,7 @@ def stress(threads: int, **options: Any) -> int:
     "--criterion",
     "criteria",
     "NAME,...",
-    "crossland, dang-van, findley, mcdiarmid, fatemi-socie or swt.",
+    "crossland, dang-van, findley, mcdiarmid, fatemi-socie, swt, ruiz-1 or ruiz-2, also written with _.",
     required=True,
 )
 @click.option(
@@ -423,6 +428,7 @@ def stress(threads: int, **options: Any) -> int:
     " volume:20um (over a cube).",
 )
 @_CYCLE
+@_BLOCKS
 @repeatable_option("--body", "bodies", "1|2", "The body; by default those of OUT, or body 2.", type=_BODY)
 @_WINDOW
 @output_option("By default OUT with .fatigue.h5.", "FILE", "target")
@@ -433,16 +439,16 @@ def fatigue(threads: int, **options: Any) -> int:
     """Find where cracks may begin, from the result OUT or from a file of its stresses.
 
     FILE gets each parameter over depth, x and y with its critical plane, and the utilisation of its limit or the life.
-    The worst places are printed. From a result the stresses of its last cycle are computed first, at the depths of
-    `fretsolve stress`; from a file of stresses, the last cycle in it is taken, or all of it where the load path has
-    no cycle.
+    The worst places are printed with their error bars. From a result the stresses of the cycles are computed first, at
+    the depths of `fretsolve stress`; a file of stresses knows its cycles, but neither error bars nor the slip that
+    Ruiz's parameters need. Of several cycles the largest parameter counts at each point, and damage adds up.
     """
     from fretsolve.cli.commands.computed_files import FatigueOptions, fatigue_of_result
 
     return fatigue_of_result(FatigueOptions(threads=available(threads), **options))
 
 
-@main.command()
+@main.command(context_settings={"token_normalize_func": lambda name: name.replace("_", "-")})
 @result_argument
 @click.option(
     "--material",
@@ -468,13 +474,8 @@ def fatigue(threads: int, **options: Any) -> int:
 @click.option(
     "--thickness", metavar="L", help="Thickness of the body, at which life ends; K holds for cracks of a tenth of it."
 )
-@click.option(
-    "--cycle",
-    metavar="last|N|all",
-    help="The cycle that counts, by default the last, by its number in `fretsolve show`, or each one. A load path"
-    " without a cycle counts as one.",
-)
-@click.option("--blocks", type=FILE, metavar="FILE", help="A block of cycles: a CSV with the heading cycle,times.")
+@_CYCLE
+@_BLOCKS
 @output_option("By default OUT with .crack.h5.", "FILE", "target")
 @overwrite_option("an existing file")
 @quiet_option
@@ -485,8 +486,6 @@ def crack(**options: Any) -> int:
     lives to a crack of each length and from there to the end. They are printed with error bars. What a constant of the
     material is missing for is left out.
     """
-    if options["cycle"] and options["blocks"]:
-        raise click.UsageError("--cycle and --blocks exclude each other.")
     from fretsolve.cli.commands.crack import CrackOptions, crack_of_result
 
     return crack_of_result(CrackOptions(**options))

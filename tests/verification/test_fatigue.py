@@ -9,10 +9,11 @@ import pytest
 from command_line import invoke
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.case.keys.quantity_names import CRITERIA
+from fretsolve.case.keys.quantity_names import STRESS_CRITERIA
 from fretsolve.post.fatigue import critical_plane
 from fretsolve.post.fatigue.criteria import FatigueField, fatemi_socie, fatigue_field, findley, swt
 from fretsolve.post.fatigue.critical_plane import PlaneField
+from fretsolve.post.fatigue.plane_cells import scan_margin
 from fretsolve.post.fatigue.planes import PlaneCriterion
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.system.arrays import DoubleArray
@@ -52,7 +53,7 @@ CERTIFIED = """
 | 200 / 60, 90 deg | 126.6667 c | 126.6667 c | 136.4607 | 115.8269 c | 1.62621 | .200000 |
 | 200 / 100, 90 deg, mean 100 | 132.2650 | 140.0000 | 183.0057 | 140.7143 | 2.08000 | .300000 |
 """
-"""In the order of `CRITERIA`, Fatemi and Socie's in 1e-3; c: agrees with a closed form."""
+"""In the order of `STRESS_CRITERIA`, Fatemi and Socie's in 1e-3; c: agrees with a closed form."""
 
 TENSOR = ((0, 3, 4), (3, 1, 5), (4, 5, 2))
 
@@ -92,7 +93,7 @@ def field(name: str) -> FatigueField:
 def certified_values():
     for line in CERTIFIED.strip().splitlines():
         cycle, *values = (part.strip() for part in line.strip("|").split("|"))
-        for name, value in zip(CRITERIA, values, strict=True):
+        for name, value in zip(STRESS_CRITERIA, values, strict=True):
             yield pytest.param(name, cycle, value, id=f"{name}: {cycle}")
 
 
@@ -164,7 +165,7 @@ def refined(criterion: Callable[[Material], PlaneCriterion]) -> PlaneField:
     return critical_plane.search(criterion(STEEL), random_histories(), refine_all=True)
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@pytest.mark.parametrize("name", STRESS_CRITERIA)
 def test_rotation_of_the_axes_changes_nothing(name):
     random = np.random.default_rng(8)
     stress, axes = random_histories()[:, :, ::5], random_axes(random)
@@ -192,7 +193,7 @@ class TestSearch:
         assert pruned.refined[pruned.value.argmax()]
         assert pruned.refined.mean() < 0.7
         assert full.refined.all()
-        margin = critical_plane.scan_margin(critical_plane.SCAN_STEP)
+        margin = scan_margin(critical_plane.SCAN_STEP)
         assert (pruned.value >= full.value - margin * np.maximum(full.value, 0.1 * full.value.max())).all()
 
     def test_worst_of_compressed_points_is_found(self):

@@ -50,11 +50,11 @@ def read_growth(value: object, info: ValidationInfo) -> float:
             found = to_internal(value, NUMBER)
         else:
             found = 1e-3 * to_internal(f"{match['number']} {match['length']}", LENGTH)
-            if match["unit"] is not None and float(match["power"]) != exponent:
-                raise refused(f"{shown(value)} has the power {match['power']}, the exponent is {exponent:g}; {wanted}")
             found /= to_internal(f"1 {match['unit']}", STRESS_INTENSITY) ** exponent if match["unit"] else 1.0
     except (QuantityError, ValueError, OverflowError):
         raise refused(f"{shown(value)} is not a coefficient of Paris's law; {wanted}") from None
+    if match is not None and match["unit"] is not None and float(match["power"]) != exponent:
+        raise refused(f"{shown(value)} has the power {match['power']}, the exponent is {exponent:g}; {wanted}")
     if not 0.0 < found < 1.0:
         raise refused(f"{shown(value)} is out of range; {wanted}")
     return found

@@ -146,8 +146,8 @@ class CyclesSpec(CaseModel):
 
 
 class FatigueSpec(CyclesSpec):
-    """Fatigue parameters over the last `cycle` of the load path, computed at the end of the run and written beside the
-    result (`NAME.fatigue.h5`)."""
+    """Fatigue parameters over cycles of the load path, computed at the end of the run and written beside the result
+    (`NAME.fatigue.h5`)."""
 
     material: Annotated[Material, MaterialFile()] = Field(
         description="constants of the material, or the name of a file of them, relative to the case file",

@@ -12,6 +12,12 @@ from fretsolve.case.keys.output_spec import CriterionName
 CRITERIA: tuple[CriterionName, ...] = get_args(CriterionName)
 """Names of the criteria."""
 
+SLIP_CRITERIA: tuple[CriterionName, ...] = ("ruiz-1", "ruiz-2")
+"""Criteria of the surface, which need slip."""
+
+STRESS_CRITERIA = tuple(name for name in CRITERIA if name not in SLIP_CRITERIA)
+"""Criteria of stresses alone."""
+
 
 def dataset_name(criterion: str) -> str:
     """Return the name of a criterion in files, such as dang_van."""

@@ -1,6 +1,6 @@
 """Carry out ``fretsolve stress`` and ``fretsolve fatigue``: compute files from a result, and print the largest values.
 
-Stresses lie below the surface; fatigue parameters are over the last cycle of a result.
+Stresses lie below the surface; fatigue parameters are over cycles of a result, by default the last one.
 
 Functions here raise CaseError and FileError.
 """
@@ -19,17 +19,18 @@ from fretsolve.case.keys.quantity_names import CRITERIA, INVARIANTS
 from fretsolve.case.other_names import nearest
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.cli.commands.shakedown_lines import tell_shakedown, tell_shakedown_of
+from fretsolve.cli.commands.worst_lines import UNBOUNDED, counted, error_text, worst_lines
 from fretsolve.errors import CaseError, FileError, together
 from fretsolve.post.export.selection import stored_step
-from fretsolve.post.fatigue.fatigue_file import Worst, write_fatigue
+from fretsolve.post.fatigue.fatigue_file import write_fatigue
 from fretsolve.post.fatigue.material import placed, read_material
-from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, stresses_of_cycle
+from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, stresses_of_cycles
 from fretsolve.post.fatigue.shakedown import ShakedownSearch
 from fretsolve.post.fatigue.shakedown import yield_stresses as bearable
-from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, not_closed, stress_cycles, stresses_beside
+from fretsolve.post.fatigue.stress_cycle import FatigueCycles, not_closed, stress_cycles, stresses_beside
 from fretsolve.post.names import OUTERMOST, fatigue_path, stress_path
 from fretsolve.post.stress.computed_file import opened_computed
-from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_of, states_of, whole_path_note
+from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_of, read_blocks, states_of, whole_path_note
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.peaks import Key, Peak
 from fretsolve.post.stress.request import (
@@ -168,7 +169,7 @@ def compute_with_messages(
 def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
     """Return lines with the largest stresses of all increments."""
     for body in request.bodies:
-        yield f"body {body}, {_count(request.depths, 'depth')}, {_count(request.steps, 'increment')}:"
+        yield f"body {body}, {counted(request.depths, 'depth')}, {counted(request.steps, 'increment')}:"
         notes = set()
         for name in INVARIANTS:
             found = peaks[body, name]
@@ -177,9 +178,7 @@ def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> I
             mark = _mark(peak)
             notes.add(mark)
             place = f"x = {peak.x:.4g}, y = {peak.y:.4g}, depth {peak.depth:.4g} mm, increment {request.steps[index]}"
-            error = f" ± {peak.error:.2g}" if peak.error < 100.0 else f" ± {peak.error:.0f}"
-            if peak.unbounded:
-                error = ""
+            error = "" if peak.unbounded else error_text(peak.error)
             yield f"  {TITLES[name] + mark:<26} {peak.value:8.4g}{error} MPa at {place}"
         if "*" in notes:
             yield "  * at the edge of contact, where stress converges with the square root of the cell: extrapolated"
@@ -188,17 +187,13 @@ def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> I
         if "#" in notes:
             yield f"  # {OUTERMOST}"
         if "!" in notes:
-            yield "  ! on these cells; at a sharp edge or tip stress grows without bound as cells get smaller"
+            yield f"  ! {UNBOUNDED}"
 
 
 def _mark(peak: Peak) -> str:
     """Return the mark of a note below the largest values, empty for none."""
     marks = {"!": peak.unbounded, "*": peak.at_edge, "+": peak.deepest, "#": peak.outermost}
     return next((mark for mark, holds in marks.items() if holds), "")
-
-
-def _count(values: Sequence[object], noun: str) -> str:
-    return f"{len(values)} {noun}{'s' if len(values) != 1 else ''}"
 
 
 def cycle_choice(text: str) -> CycleChoice:
@@ -208,6 +203,15 @@ def cycle_choice(text: str) -> CycleChoice:
     if not (text.isdecimal() and int(text) > 0):
         raise CaseError(f"{text!r} is no cycle; last, all, or a number from 1 on is needed", (), "--cycle")
     return int(text)
+
+
+def chosen_cycles(cycle: str | None, blocks: Path | None) -> CycleChoice:
+    """Return the cycles that --cycle or --blocks chooses, by default the last one. Raises CaseError, FileError."""
+    if blocks is None:
+        return cycle_choice(cycle or "last")
+    if cycle is not None:
+        raise CaseError("--blocks names the cycles; leave --cycle out", (), "--cycle")
+    return read_blocks(blocks)
 
 
 def length_of(option: str, text: str, needed: str, instead: str = "") -> float:
@@ -256,13 +260,20 @@ def _increments(result: Result, options: StressOptions) -> list[int]:
 class FatigueOptions(FileOptions):
     """The options of `fretsolve fatigue`. out: a result, whose stresses are computed first, or a file of stresses.
 
-    criteria: names, several of them joined by commas; average: such as point:20um.
+    criteria: names, several of them joined by commas; average: such as point:20um; cycle: None for the last one;
+    blocks: a file of the cycles and how often each of them occurs.
     """
 
     material: str
     criteria: Sequence[str]
     average: str | None
-    cycle: str
+    cycle: str | None
+    blocks: Path | None
+
+    @property
+    def cycles(self) -> CycleChoice:
+        """The chosen cycles. Raises CaseError, FileError."""
+        return chosen_cycles(self.cycle, self.blocks)
 
 
 def fatigue_of_result(options: FatigueOptions) -> int:
@@ -273,7 +284,7 @@ def fatigue_of_result(options: FatigueOptions) -> int:
         _average(options.average),
         options.body_numbers,
         window=options.window_choice,
-        cycles=cycle_choice(options.cycle),
+        cycles=options.cycles,
     )
     out = options.out
     order = options.order(fatigue_path(out), "fatigue parameters", "the stresses or the result", SMALLER)
@@ -292,13 +303,13 @@ def fatigue_of_result(options: FatigueOptions) -> int:
 
 
 def write_fatigue_with_messages(tractions: TractionHistory, request: FatigueRequest, order: FileOrder) -> None:
-    """Compute the stresses of the last cycle and write the parameters, with bars, warnings and the worst places."""
+    """Compute the stresses of cycles and write the parameters, with bars, warnings and the worst places."""
     with writing(order.target), stresses_beside(order.target) as stresses:
-        needed = stresses_of_cycle(tractions, request)
-        compute_with_messages(tractions, needed, replace(order, target=stresses, exclusive=True))
+        computed = stresses_of_cycles(tractions, request)
+        compute_with_messages(tractions, computed.stresses, replace(order, target=stresses, exclusive=True))
         with opened_computed(stresses) as file:
             out = tractions.result.path
-            _write(stress_cycles(file, stresses, out, request), out, order)
+            _write(stress_cycles(file, stresses, out, request, computed), out, order)
 
 
 def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
@@ -311,39 +322,17 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
     )
-    print_warnings(out, *dict.fromkeys(one for one in (not_closed(widest), *gaps) if one is not None))
+    notes = whole_path_note(cycles.cycles), not_closed(widest), *gaps
+    print_warnings(out, *dict.fromkeys(one for one in notes if one is not None))
     if not order.quiet:
-        for line in worst_lines(cycles.of_body, worst, cycles.request.average):
-            print(line)
+        for number, of_body in cycles.of_body.items():
+            for line in worst_lines(number, of_body, worst[number]):
+                print(line)
+        if cycles.tractions is None:
+            print("no error bars: they follow from tractions, which the result has and its stresses do not")
     tell_shakedown(shakedown, out, quiet=order.quiet)
     if not order.quiet:
         print(order.target, flush=True)
-
-
-def worst_lines(
-    cycles: Mapping[int, StressCycle], worst: Mapping[int, Mapping[str, Worst]], average: Average | None
-) -> Iterator[str]:
-    """Return lines with the worst place of each criterion."""
-    for number, cycle in cycles.items():
-        mean = f", {average.kind} average over {average.length:g} mm" if average is not None else ""
-        depths = f"{len(cycle.depths)} depth{'s' if len(cycle.depths) != 1 else ''}"
-        yield f"body {number}, {depths}, {len(cycle.cycle.states)} states{mean}:"
-        for name, found in worst[number].items():
-            unit = f" {found.units}" if found.units != "1" else ""
-            x, y, depth = found.place
-            line = f"  {name:<13} {found.value:9.4g}{unit}"
-            if found.limit is not None:
-                line += f", {100.0 * found.value / found.limit:.3g} % of {found.limit:.4g}{unit}"
-            if found.life is not None:
-                line += ", endless life" if math.isinf(found.life) else f", life {found.life:.3g} cycles"
-            line += f", at x = {x:.4g}, y = {y:.4g}, depth {depth:.4g} mm"
-            if found.normal is not None:
-                line += f", plane normal ({', '.join(f'{round(part, 3) + 0.0:.3f}' for part in found.normal)})"
-            if found.outermost:
-                line += " #"
-            yield line
-        if any(found.outermost for found in worst[number].values()):
-            yield f"  # {OUTERMOST}"
 
 
 def _criteria(texts: Sequence[str]) -> tuple[str, ...]:

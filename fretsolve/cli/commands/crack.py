@@ -18,7 +18,7 @@ from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LifeCriterion
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.case.source import Place as SourcePlace
-from fretsolve.cli.commands.computed_files import cycle_choice
+from fretsolve.cli.commands.computed_files import chosen_cycles
 from fretsolve.errors import CaseError
 from fretsolve.post.crack.analysis import Crack, crack_of, notes_of, warnings_of
 from fretsolve.post.crack.crack_file import write_crack
@@ -26,7 +26,7 @@ from fretsolve.post.crack.growth import Growth, intrinsic_length
 from fretsolve.post.crack.request import CrackRequest
 from fretsolve.post.fatigue.material import ON_COMMAND_LINE, KeysSource, MaterialSource, read_material
 from fretsolve.post.names import crack_path
-from fretsolve.post.stress.cycles import CycleChoice, LoadCycle, read_blocks, whole_path_note
+from fretsolve.post.stress.cycles import LoadCycle, whole_path_note
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.result import open_result
 from fretsolve.system.arrays import DoubleArray
@@ -56,9 +56,6 @@ class CrackOptions:
 
     def request(self) -> CrackRequest:
         """Return what the options ask for. Raises CaseError, FileError."""
-        cycles: CycleChoice = cycle_choice(self.cycle or "last")
-        if self.blocks is not None:
-            cycles = read_blocks(self.blocks)
         return CrackRequest(
             _no_material() if self.material is None else read_material(self.material),
             _place(self.at),
@@ -66,7 +63,7 @@ class CrackOptions:
             self.criterion,
             _length("--final-length", self.final_length),
             _length("--thickness", self.thickness),
-            cycles,
+            chosen_cycles(self.cycle, self.blocks),
         )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.shakedown import ShakedownSearch
-from fretsolve.post.fatigue.stress_cycle import StressCycle
+from fretsolve.post.fatigue.stress_cycle import StressCycles
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_from_text
 from fretsolve.post.stress.stress_file import bodies_of
@@ -48,7 +48,8 @@ def _searched(stresses: Path, choice: CycleChoice, limits: Mapping[int, float]) 
             raise CaseError("increments without fields are among those where a stage of a cycle begins or ends")
         cycles = chosen(whole, choice)
         for number, body in bodies_of(file).items():
-            for cycle in (StressCycle(stresses, body, one) for one in cycles if number in limits):
-                for depth, stress in enumerate(cycle.layers()):
-                    search.add(number, cycle, depth, stress)
+            of_body = StressCycles(stresses, body, cycles)
+            for cycle in cycles if number in limits else ():
+                for depth in range(len(of_body.depths)):
+                    search.add(number, of_body, cycle, depth, of_body.stress(cycle, depth))
     return search

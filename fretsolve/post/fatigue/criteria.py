@@ -239,12 +239,19 @@ def fatigue_field(name: str, material: Material, stress: DoubleArray, **search_o
         value = np.concatenate([criterion.ball(material, block) for block in blocks])
         return FatigueField(name, criterion.units, value, limit)
     found = search(criterion.plane(material), stress, **search_options)
-    life = criterion.lives(material, found.value) if criterion.lives is not None else None
+    life = lives_of(name, material, found.value)
     return FatigueField(name, criterion.units, found.value, limit, found.normal, found.refined, life)
+
+
+def lives_of(name: str, material: Material, value: DoubleArray) -> DoubleArray | None:
+    """Return the cycles to a crack at values of a criterion, (points,). None without a curve."""
+    criterion = _CRITERIA.get(name)
+    return None if criterion is None or criterion.lives is None else criterion.lives(material, value)
 
 
 def require_constants(names: tuple[str, ...], material: Material) -> None:
     """Raise CaseError if a criterion lacks a constant of the material, or has one out of range."""
     nothing = np.zeros((1, 6, 1))
     for name in names:
-        fatigue_field(name, material, nothing)
+        if name in _CRITERIA:
+            fatigue_field(name, material, nothing)

@@ -3,24 +3,29 @@
 1. Scan planes `step` degrees apart at every point. The circle around a shear path is bounded from above by its largest
    distance from the middle of its bounding box. Exact circles are found in the order of these bounds, until no plane
    of the scan can be better. One parabola through planes around the best one then improves it; where planes without
-   tension are worth nothing, some more rounds of the search of step 3 do.
+   tension are worth nothing, some more rounds of the search of step 4 do.
 2. What a scan may miss is less than `scan_margin`: a parameter is the largest of many smooth functions of the plane, so
    its maximum is a smooth hill, and the error of a scan grows with the square of its step.
-3. Refine points in the order of their bounds, from several planes of a finer scan, until no other point can beat the
+3. Where the bounds of the scan leave many points, as in nearly uniform stress, halve the cells of planes in which some
+   point may be the worst, until few points are left or refining them costs less.
+4. Refine points in the order of their bounds, from several planes of a finer scan, until no other point can beat the
    worst. The other points keep the value of the first scan, which is at most that share too small.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fretsolve.post.fatigue.plane_cells import BLOCK, PLANES_AT_ONCE, PlaneCells, plane_bounds, with_margin
 from fretsolve.post.fatigue.planes import (
     Combine,
     PlaneCriterion,
+    evaluate,
     in_plane_axes,
     scan_normals,
     smallest_ball,
@@ -38,11 +43,20 @@ CANDIDATES = 6
 FINEST_TURN = 2e-5
 """Radians to which the plane of a refined point is found; a parameter is then off by the square of this angle."""
 
-BLOCK = 20480
-"""States times points that are scanned at once, so that the stresses on some planes stay in the processor's cache."""
+FIRST_REFINED = 8
+"""Points that are refined before bounds become closer, where no worst value is known."""
 
-PLANES_AT_ONCE = 8
-"""Planes of the scan, and planes around a refined plane, on which stresses are computed at once."""
+ACCURACY = 1e-6
+"""Share by which the worst value may be too small, beside the error of a refined plane."""
+
+MOST_CELLS = 1000
+"""Cells of planes from which on refining a point costs less than bounding it."""
+
+SAME_PLANE = 1e-3
+"""Radians within which planes are the same; from there the search leads to the same top."""
+
+LEAST_GAIN = 1e-13
+"""Share by which a plane must be better: along a ridge of nearly equal planes the search would creep for less."""
 
 TIE = 1e-6
 """Amplitudes that differ by this share are equal."""
@@ -59,14 +73,6 @@ class PlaneField:
     value: DoubleArray
     normal: DoubleArray
     refined: BoolArray
-
-
-def scan_margin(step: float) -> float:
-    """Return by which share a scan may miss a parameter that is not near 0.
-
-    It is half as much again as on the worst of 2000 random histories, see docs/verification.md.
-    """
-    return 0.08 * (step / 10.0) ** 2
 
 
 def search(
@@ -87,20 +93,34 @@ def search(
     scan = Scan(criterion, step)
     for block in _blocks(points, BLOCK // steps):
         value[block], normal[:, block], bound[block] = scan.best(np.ascontiguousarray(stress[:, :, block]))
-    bound = np.maximum(bound, value)
-    bound += scan_margin(step) * np.abs(bound)  # Findley's may be negative
-    order = np.argsort(-bound)
-    scan = Scan(criterion, min(step, 5.0))
-    worst = known
-    for block in _blocks(points, BLOCK // PLANES_AT_ONCE // steps):
-        some = order[block]
-        if not refine_all:
-            some = some[bound[some] >= worst]
-        if not some.size:
+    bound = with_margin(np.maximum(bound, value), step)
+    fine, most = Scan(criterion, min(step, 5.0)), max(1, BLOCK // PLANES_AT_ONCE // steps)
+    if refine_all:
+        for block in _blocks(points, most):
+            value[block], normal[:, block] = fine.refined(np.ascontiguousarray(stress[:, :, block]))
+        return PlaneField(value, upright(normal.T).T, ~refined)
+    worst, left, cells = known, np.arange(points), PlaneCells.of_half_sphere(step)
+    count = min(FIRST_REFINED, most)
+    while True:
+        if worst > -np.inf:
+            left = left[bound[left] > worst + ACCURACY * abs(worst)]
+            if left.size > count and len(cells) < MOST_CELLS:
+                # Many are left where stress is nearly uniform: bound them on smaller cells of planes.
+                history = np.ascontiguousarray(stress[:, :, left])
+                if cells.step == step:
+                    cells = cells.bounds(criterion, history, worst)[1]
+                closer, cells = cells.halved().bounds(criterion, history, worst)
+                bound[left] = np.minimum(bound[left], closer)
+                value[left] = np.minimum(value[left], bound[left])  # the plane of a scan may be wrong where planes tie
+                continue
+        if not left.size:
             break
-        value[some], normal[:, some] = scan.refined(np.ascontiguousarray(stress[:, :, some]))
+        # Refine the points that may be worst, in the order of their bounds.
+        left = left[np.argsort(-bound[left], kind="stable")]
+        some, left = left[:count], left[count:]
+        value[some], normal[:, some] = fine.refined(np.ascontiguousarray(stress[:, :, some]))
         refined[some] = True
-        worst = max(worst, float(value[some].max()))
+        worst, count = max(worst, float(value[some].max())), most
     return PlaneField(value, upright(normal.T).T, refined)
 
 
@@ -118,41 +138,12 @@ class Scan:
         self.normals = scan_normals(step)
         self.rows = criterion.rows(self.normals)  # (planes, 1 + k, 6)
 
-    def bounds(self, stress: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
-        """Return upper bounds of the amplitude and the largest normal stress, both (planes, points)."""
-        steps, _, points = stress.shape
-        # (6, steps points), so that the stresses on all planes are one product of matrices
-        columns = np.ascontiguousarray(stress.swapaxes(0, 1)).reshape(6, -1)
-        amplitude, normal = np.empty((2, len(self.rows), points))
-        for begin in range(0, len(self.rows), PLANES_AT_ONCE):
-            some = slice(begin, begin + PLANES_AT_ONCE)
-            squares = None
-            for part, row in enumerate(self.rows[some].swapaxes(0, 1)):
-                on_planes = (row @ columns).reshape(len(row), steps, points)
-                highest = on_planes.max(axis=1)
-                if part == 0:
-                    normal[some] = highest
-                    continue
-                lowest = on_planes.min(axis=1)
-                if len(self.rows[0]) == 2:  # one component: half of its range is exact
-                    amplitude[some] = 0.5 * (highest - lowest)
-                    continue
-                on_planes -= 0.5 * (highest + lowest)[:, None]
-                on_planes *= on_planes
-                if squares is None:
-                    squares = on_planes
-                else:
-                    squares += on_planes
-            if squares is not None:
-                amplitude[some] = np.sqrt(squares.max(axis=1))
-        return amplitude, normal
-
     def best(self, stress: DoubleArray, improve: bool = True) -> tuple[DoubleArray, DoubleArray, DoubleArray]:
         """Return the parameter (points,) on the best plane, its normal (3, points), and a bound for all planes.
 
         improve: go on from the best plane, to the top of a parabola around it if that is better.
         """
-        amplitude, normal = self.bounds(stress)
+        amplitude, normal = plane_bounds(self.rows, stress)
         rank, combine = self.criterion.ranks[0], self.criterion.combine
         above = rank(amplitude, normal)
         points = stress.shape[2]
@@ -202,7 +193,8 @@ class Scan:
             normals = np.stack([normals, across], axis=1).reshape(-1, 3)
             count, history = 2 * count, np.repeat(history, 2, axis=2)
         for rank in criterion.ranks:
-            normals = _climb(criterion, rank, history, normals, turn)
+            first, same = _distinct(normals.reshape(points, count, 3))
+            normals = _climb(criterion, rank, history[:, :, first], normals[first], turn)[same]
         amplitude, normal = (found.reshape(points, count) for found in evaluate(criterion, history, normals[:, None]))
         value = criterion.combine(amplitude, normal)
         largest = amplitude.max(axis=1)[:, None]
@@ -215,16 +207,15 @@ def _where(mask: BoolArray, *arrays: NDArray[Any]) -> tuple[NDArray[Any], ...]:
     return tuple(array[mask] for array in arrays)
 
 
-def evaluate(criterion: PlaneCriterion, stress: DoubleArray, normals: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
-    """Return the exact amplitude and the largest normal stress, both (points, m), on planes (points, m, 3)."""
-    steps, _, points = stress.shape
-    count = normals.shape[1]
-    rows = criterion.rows(normals)  # (points, m, 1 + k, 6)
-    parts = rows.shape[2]
-    on_planes = rows.reshape(points, count * parts, 6) @ stress.transpose(2, 1, 0)
-    on_planes = on_planes.reshape(points, count, parts, steps)
-    path = np.ascontiguousarray(on_planes[:, :, 1:].transpose(3, 2, 0, 1)).reshape(steps, parts - 1, points * count)
-    return smallest_ball(path)[0].reshape(points, count), on_planes[:, :, 0].max(axis=2)
+def _distinct(normals: DoubleArray) -> tuple[IndexArray, IndexArray]:
+    """Return the places of planes that differ from those before them, and the place among these that each one has.
+
+    normals: (points, m, 3); places: in (points m).
+    """
+    points, count, _ = normals.shape
+    near = np.abs(normals @ normals.swapaxes(1, 2)) > math.cos(SAME_PLANE)
+    first = (near.argmax(axis=2) + count * np.arange(points)[:, None]).ravel()
+    return np.unique(first, return_inverse=True)
 
 
 def _shear_direction(stress: DoubleArray, normals: DoubleArray) -> DoubleArray:
@@ -240,7 +231,7 @@ def _shear_direction(stress: DoubleArray, normals: DoubleArray) -> DoubleArray:
 
 
 def _climb(
-    criterion: PlaneCriterion, rank: Combine, stress: DoubleArray, normals: DoubleArray, turn: float, rounds: int = 500
+    criterion: PlaneCriterion, rank: Combine, stress: DoubleArray, normals: DoubleArray, turn: float, rounds: int = 150
 ) -> DoubleArray:
     """Return the planes (points, 3) of largest rank near `normals`; turn: radians of the first step.
 
@@ -266,7 +257,7 @@ def _climb(
         heights = np.concatenate([heights, rank(*evaluate(criterion, history, top))], axis=1)
         best: IndexArray = heights.argmax(axis=1)
         reached = heights[np.arange(len(going)), best]
-        better = reached > height[going]
+        better = reached > height[going] + LEAST_GAIN * np.abs(height[going])
         moved = going[better]
         normals[moved], height[moved] = around[better, best[better]], reached[better]
         # Near the top its distance is the next turn; without progress half of the last one is.
@@ -274,6 +265,8 @@ def _climb(
         near = np.hypot(*to_top[onwards].T)
         turns[going[onwards]] = np.clip(near, 0.25 * turns[going[onwards]], 2.0 * turns[going[onwards]])
         turns[going[~better]] *= 0.5
+        along = going[better & (best != 8)]
+        turns[along] = np.minimum(2.0 * turns[along], turn)  # along a ridge steps grow again
     return normals
 
 

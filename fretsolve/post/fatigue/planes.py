@@ -20,21 +20,43 @@ import numpy as np
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
 
-def scan_normals(step: float) -> DoubleArray:
-    """Return normals (planes, 3) that cover the half sphere z >= 0 about `step` degrees apart.
+@dataclass(frozen=True, eq=False)
+class PlaneRing:
+    """Planes of equal inclination, and the cells around them.
+
+    inclination: of the normals from z; azimuths: (planes,); sides: of a cell in inclination and azimuth. In radians.
+    """
+
+    inclination: float
+    azimuths: DoubleArray
+    sides: tuple[float, float]
+
+
+def plane_rings(step: float) -> list[PlaneRing]:
+    """Return rings of planes about `step` degrees apart whose cells cover the half sphere z >= 0.
 
     Rings of equal inclination are `step` apart; on each of them the normals are as far apart as that.
     """
     rings = max(1, round(90.0 / step))
-    normals = [np.array([[0.0, 0.0, 1.0]])]
+    side = 0.5 * math.pi / rings
+    found = [PlaneRing(0.0, np.zeros(1), (side, 2.0 * math.pi))]
     for ring in range(1, rings + 1):
-        inclination = 0.5 * math.pi * ring / rings
         turn = math.pi if ring == rings else 2.0 * math.pi  # at the equator, opposite normals are the same plane
-        count = max(1, round(math.sin(inclination) * turn / math.radians(step)))
-        angle = turn * np.arange(count) / count
-        sine, cosine = math.sin(inclination), math.cos(inclination)
-        normals.append(np.stack([sine * np.cos(angle), sine * np.sin(angle), np.full(count, cosine)], axis=1))
-    return np.concatenate(normals)
+        count = max(1, round(math.sin(ring * side) * turn / math.radians(step)))
+        found.append(PlaneRing(ring * side, turn * np.arange(count) / count, (side, turn / count)))
+    return found
+
+
+def normals_at(inclination: DoubleArray, azimuth: DoubleArray) -> DoubleArray:
+    """Return unit vectors (planes, 3) at angles (planes,) in radians, from z and from x towards y."""
+    sine = np.sin(inclination)
+    return np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(inclination)], axis=1)
+
+
+def scan_normals(step: float) -> DoubleArray:
+    """Return normals (planes, 3) that cover the half sphere z >= 0 about `step` degrees apart, ring by ring."""
+    rings = plane_rings(step)
+    return np.concatenate([normals_at(np.full(len(one.azimuths), one.inclination), one.azimuths) for one in rings])
 
 
 def in_plane_axes(normals: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
@@ -213,3 +235,15 @@ class _Search:
         centers = np.einsum("sp,spd->sd", self.weights, corners)
         squares = np.square(corners - centers[:, None]).sum(axis=2)
         return centers.T, np.sqrt((self.weights * squares).sum(axis=1))
+
+
+def evaluate(criterion: PlaneCriterion, stress: DoubleArray, normals: DoubleArray) -> tuple[DoubleArray, DoubleArray]:
+    """Return the exact amplitude and the largest normal stress, both (points, m), on planes (points, m, 3)."""
+    steps, _, points = stress.shape
+    count = normals.shape[1]
+    rows = criterion.rows(normals)  # (points, m, 1 + k, 6)
+    parts = rows.shape[2]
+    on_planes = rows.reshape(points, count * parts, 6) @ stress.transpose(2, 1, 0)
+    on_planes = on_planes.reshape(points, count, parts, steps)
+    path = np.ascontiguousarray(on_planes[:, :, 1:].transpose(3, 2, 0, 1)).reshape(steps, parts - 1, points * count)
+    return smallest_ball(path)[0].reshape(points, count), on_planes[:, :, 0].max(axis=2)

@@ -13,9 +13,11 @@ import numpy as np
 from scipy.ndimage import correlate1d
 
 from fretsolve.case.keys.output_spec import AverageKind
+from fretsolve.case.keys.quantity_names import SLIP_CRITERIA
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.material import MaterialSource, placed
+from fretsolve.post.fatigue.ruiz import require_slip
 from fretsolve.post.stress.cycles import (
     CycleChoice,
     LoadCycle,
@@ -151,6 +153,19 @@ class FatigueRequest:
     window: WindowChoice = "auto"
     cycles: CycleChoice = "last"
 
+    @property
+    def slip_criteria(self) -> tuple[str, ...]:
+        """The criteria that need slip."""
+        return tuple(name for name in self.criteria if name in SLIP_CRITERIA)
+
+    def require_surface(self) -> None:
+        """Raise CaseError if a criterion of the surface is asked for where there is none."""
+        for name in self.slip_criteria:
+            if self.average is not None:
+                raise CaseError(f"{name} is a parameter of the surface, no average over depths; leave the average out")
+            if self.depths and 0.0 not in self.depths:
+                raise CaseError(f"{name} is a parameter of the surface; 0 mm is needed among the depths")
+
     def stress_depths(self, least: float) -> tuple[float, ...]:
         """Return the depths at which stresses are computed; least: the first depth below the surface (mm)."""
         if self.average is None:
@@ -187,6 +202,10 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
         chosen = number in request.bodies if request.bodies else number == (1 if case.bodies[1] == "rigid" else 2)
         if chosen and body != "rigid":
             request.material.with_elastic_constants(body.model_dump()).require(request.criteria)
+    with placed(lambda message: case.source.problem(message, (*KEY, "criteria"))):
+        request.require_surface()
+        if request.slip_criteria and "slip" not in case.output.fields:
+            raise CaseError(f"{request.slip_criteria[0]} needs slip, which output.fields leaves out")
     if request.average is not None:
         with placed(lambda message: case.source.problem(message, (*KEY, "average"))):
             request.average.require_length((grid.dx, grid.dx if setup.model.line else grid.dy))
@@ -202,8 +221,16 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
         raise case.source.problem(problem, KEY)
 
 
-def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> StressRequest:
-    """Return the stresses of the chosen cycles that a request takes.
+@dataclass(frozen=True, eq=False)
+class ComputedTractions:
+    """The tractions from which stresses were computed, and which stresses."""
+
+    history: TractionHistory
+    stresses: StressRequest
+
+
+def stresses_of_cycles(tractions: TractionHistory, request: FatigueRequest) -> ComputedTractions:
+    """Return the stresses of the chosen cycles that a request takes, with their tractions.
 
     Raises CaseError, before anything is computed, also for what is wrong with material and average.
     """
@@ -214,13 +241,16 @@ def stresses_of_cycle(tractions: TractionHistory, request: FatigueRequest) -> St
             require_states(cycle, result.steps)
         if request.average is not None:
             request.average.require_length((tractions.grid.dx, tractions.grid.dy))
+        request.require_surface()
+    if request.slip_criteria:
+        require_slip(tractions)
     depths = request.stress_depths(least_depth(tractions))
     steps = states_of(cycles, result.steps)
     found = stress_request(tractions, steps, request.bodies, depths, window=request.window)
     for body in found.bodies:
         elastic = result.effective_case["bodies"][body - 1]
         request.material.with_elastic_constants(elastic).require(request.criteria)
-    return found
+    return ComputedTractions(tractions, found)
 
 
 def cycles_before(setup: ProblemSetup, choice: CycleChoice) -> tuple[list[int], tuple[LoadCycle, ...]]:

@@ -16,7 +16,8 @@ import numpy as np
 
 from fretsolve.post.fatigue.criteria import deviator_vectors
 from fretsolve.post.fatigue.planes import smallest_ball
-from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycle, elastic_body
+from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycles, elastic_body
+from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.yielding import at_place
 from fretsolve.system.arrays import DoubleArray
 
@@ -71,7 +72,7 @@ class ShakedownSearch:
         self._limits = limits
         self._widest: dict[int, WidestPath] = {}
 
-    def add(self, body: int, cycle: StressCycle, depth: int, stress: DoubleArray) -> None:
+    def add(self, body: int, stresses: StressCycles, cycle: LoadCycle, depth: int, stress: DoubleArray) -> None:
         """Look at the stress (steps, 6, points) of a cycle in its layer number `depth`."""
         if body not in self._limits:
             return
@@ -79,12 +80,11 @@ class ShakedownSearch:
         found = widest_path(stress, 0.0 if before is None else before.radius)
         if found is not None:
             radius, point = found
-            i, j = divmod(point, cycle.shape[1])
-            y = float(cycle.body.y[j]) if cycle.shape[1] > 1 else None
-            place = float(cycle.body.x[i]), y, float(cycle.depths[depth])
-            steps = list(cycle.cycle.states)
-            error = float(cycle.body.columns["max_mises_error"][steps].max()) / math.sqrt(3.0)
-            limit, averaged = self._limits[body], cycle.average is not None
+            i, j = divmod(point, stresses.shape[1])
+            y = float(stresses.body.y[j]) if stresses.shape[1] > 1 else None
+            place = float(stresses.body.x[i]), y, float(stresses.depths[depth])
+            error = float(stresses.body.columns["max_mises_error"][list(cycle.states)].max()) / math.sqrt(3.0)
+            limit, averaged = self._limits[body], stresses.average is not None
             self._widest[body] = WidestPath(body, radius, error, limit, place, averaged)
 
     def __iter__(self) -> Iterator[WidestPath]:

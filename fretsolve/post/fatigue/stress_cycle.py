@@ -1,4 +1,4 @@
-"""The stresses of one cycle, read layer by layer from a file of stresses, averaged if wanted."""
+"""The stresses of cycles, read layer by layer from a file of stresses, averaged if wanted."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ import numpy as np
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.material import placed
-from fretsolve.post.fatigue.request import Average, FatigueRequest, depth_weights
+from fretsolve.post.fatigue.request import Average, ComputedTractions, FatigueRequest, depth_weights
 from fretsolve.post.stress.computed_file import ComputedFile, not_of_kind
-from fretsolve.post.stress.cycles import LoadCycle, chosen, cycles_from_text, require_states
+from fretsolve.post.stress.cycles import LoadCycle, chosen, cycles_from_text, require_states, states_of
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress, bodies_of
 from fretsolve.system.arrays import DoubleArray
@@ -28,12 +28,12 @@ CLOSED_WITHIN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class StressCycle:
-    """The stresses of a body over one cycle; path: their file. The states of the cycle are places in the file."""
+class StressCycles:
+    """The stresses of a body over cycles; path: their file. The states of the cycles are places in the file."""
 
     path: Path
     body: BodyStress
-    cycle: LoadCycle
+    cycles: tuple[LoadCycle, ...]
     average: Average | None = None
 
     def __post_init__(self) -> None:
@@ -41,7 +41,8 @@ class StressCycle:
         with placed(lambda message: CaseError(message, (), self.path)):
             if missing:
                 raise CaseError(f"the file lacks the components {', '.join(missing)}, all six are needed")
-            require_states(self.cycle, range(len(self.body.steps)))
+            for cycle in self.cycles:
+                require_states(cycle, range(len(self.body.steps)))
             if self.average is not None:
                 self.average.require_resolved(self.body.depths, self.cell)
 
@@ -61,32 +62,45 @@ class StressCycle:
         """Cells along x and along y."""
         return len(self.body.x), len(self.body.y)
 
-    def layers(self) -> Iterator[DoubleArray]:
-        """Yield the stresses (steps, 6, points) of each of `depths`."""
-        if self.average is not None:
-            weights = depth_weights(self.body.depths, *self.average.depth_range)
-            whole = (self.body.stress(index).astype(np.float64) for index in self.cycle.states)
-            means = [self.average.of(stress, weights, self.cell) for stress in whole]
-            yield np.stack(means).reshape(len(self.cycle.states), 6, -1)
-            return
-        for depth in range(len(self.depths)):
-            layer = [self.body.layer(COMPONENTS, index, depth) for index in self.cycle.states]
-            yield np.array(layer, np.float64).reshape(len(self.cycle.states), 6, -1)
+    @property
+    def states(self) -> tuple[int, ...]:
+        """The places of the states of all cycles."""
+        return states_of(self.cycles, range(len(self.body.steps)))
+
+    def stress(self, cycle: LoadCycle, depth: int) -> DoubleArray:
+        """Return the stresses (steps, 6, points) of a cycle at a place of `depths`."""
+        if self.average is None:
+            layer = [self.body.layer(COMPONENTS, index, depth) for index in cycle.states]
+            return np.array(layer, np.float64).reshape(len(layer), 6, -1)
+        weights = depth_weights(self.body.depths, *self.average.depth_range)
+        whole = (self.body.stress(index).astype(np.float64) for index in cycle.states)
+        means = [self.average.of(stress, weights, self.cell) for stress in whole]
+        return np.stack(means).reshape(len(means), 6, -1)
 
 
 @dataclass(frozen=True, eq=False)
 class FatigueCycles:
-    """The stresses of a cycle and the constants of each body; attributes: of the file of parameters."""
+    """The stresses of cycles and the constants of each body.
+
+    attributes: of the file of parameters; tractions: that the stresses were computed from, None if only these are
+    known.
+    """
 
     request: FatigueRequest
-    of_body: Mapping[int, StressCycle]
+    of_body: Mapping[int, StressCycles]
     materials: Mapping[int, Material]
     attributes: Mapping[str, str]
+    tractions: ComputedTractions | None = None
 
     @property
     def layers(self) -> int:
-        """The number of layers of all bodies."""
-        return sum(len(cycle.depths) for cycle in self.of_body.values())
+        """The number of layers of all bodies and cycles."""
+        return sum(len(of.depths) * len(of.cycles) for of in self.of_body.values())
+
+    @property
+    def cycles(self) -> tuple[LoadCycle, ...]:
+        """The cycles, which are the same of all bodies."""
+        return next(iter(self.of_body.values())).cycles
 
 
 @contextmanager
@@ -96,13 +110,22 @@ def stresses_beside(target: Path) -> Iterator[Path]:
         yield folder / "stress.h5"
 
 
-def stress_cycles(file: ComputedFile | None, stresses: Path, origin: Path, request: FatigueRequest) -> FatigueCycles:
-    """Return the cycles in `file`, the open file of `stresses`; origin: the file that messages name.
+def stress_cycles(
+    file: ComputedFile | None,
+    stresses: Path,
+    origin: Path,
+    request: FatigueRequest,
+    tractions: ComputedTractions | None = None,
+) -> FatigueCycles:
+    """Return the cycles in `file`, the open file of `stresses`. Raises CaseError, FileError.
 
-    Raises CaseError, FileError.
+    origin: the file that messages name; tractions: that the stresses were computed from.
     """
     if file is None:
         raise not_of_kind("stress", stresses)
+    if (slip := request.slip_criteria) and tractions is None:
+        message = f"{slip[0]} needs slip, which a file of stresses does not hold; the result itself is needed"
+        raise CaseError(message, (), origin)
     found, attributes = bodies_of(file), file.attributes
     if missing := [number for number in request.bodies if number not in found]:
         there = " and ".join(f"body {one}" for one in found)
@@ -113,8 +136,8 @@ def stress_cycles(file: ComputedFile | None, stresses: Path, origin: Path, reque
             own = request.material.with_elastic_constants(elastic_body(attributes, number))
             own.require(request.criteria)
             with placed(lambda message: CaseError(message, (), origin)):
-                (cycle,) = chosen(cycles_from_text(attributes["cycles"]), request.cycles)
-            cycles[number] = StressCycle(origin, body, cycle, request.average)
+                of_request = chosen(cycles_from_text(attributes["cycles"]), request.cycles)
+            cycles[number] = StressCycles(origin, body, of_request, request.average)
             materials[number] = own.material
     average = request.average
     texts = {
@@ -122,7 +145,7 @@ def stress_cycles(file: ComputedFile | None, stresses: Path, origin: Path, reque
         "material": next(iter(materials.values())).model_dump_json(exclude_none=True),
     }
     texts |= {name: str(attributes[name]) for name in ("title", "result", "effective_case") if name in attributes}
-    return FatigueCycles(request, cycles, materials, texts)
+    return FatigueCycles(request, cycles, materials, texts, tractions)
 
 
 def elastic_body(attributes: Any, number: int) -> dict[str, Any]:

@@ -217,7 +217,7 @@ class PeakSearch:
         change = abs(float(along[depth]) - halved[key[0], depth][index][key[1]])
         return Peak(
             float(along[depth]),
-            change + _between_depths(depths, along, depth),
+            change + between_depths(depths, along, depth),
             float(along[depth]),
             *self._place(self._cells[key][index, depth]),
             depths[depth],
@@ -269,7 +269,7 @@ class PeakSearch:
         return found
 
 
-def _between_depths(depths: Sequence[float], values: DoubleArray, best: int) -> float:
+def between_depths(depths: Sequence[float], values: DoubleArray, best: int) -> float:
     """Return by how much a parabola through the largest value and its neighbours over the depth rises above it."""
     if not 0 < best < len(depths) - 1:
         return 0.0

@@ -55,7 +55,7 @@ def test_an_average_of_each_kind(tmp_path, kind):
     [
         (CRITERIA, 13, "material: missing; needed: constants of the material, or the name of a file of them"),
         (MATERIAL, 13, "criteria: missing"),
-        (BOTH + "    every: 2\n", 16, "every: unknown key 'every'; one of material, criteria, average"),
+        (BOTH + "    every: 2\n", 16, "every: unknown key 'every'; one of cycle, blocks, material"),
         (MATERIAL + "    criteria: []\n", 15, "criteria: [] has the wrong number of entries; at least 1 is needed"),
         (MATERIAL + "    criteria: [findly]\n", 15, "criteria.0: 'findly' is not allowed; did you mean 'findley'?"),
         (MATERIAL + "    criteria: [swt, swt]\n", 15, "criteria.1: 'swt' is named twice; once is enough"),
@@ -106,11 +106,10 @@ def test_mistakes(tmp_path, keys, line, message):
 @pytest.mark.parametrize(
     ("before", "message"),
     [
-        (TWO_CYCLES.partition("  - cycle")[0], "12: output.fatigue: fatigue parameters are those of a cycle"),
         (
             TWO_CYCLES.replace("  - {young_modulus: 200 GPa, poisson_ratio: 0.3}\n", "  - rigid\n", 1),
             "16: output.fatigue.bodies.0: body 1 is rigid, so that it has no stress; leave it out",
-        ),
+        )
     ],
 )
 def test_what_the_rest_of_the_case_must_have(tmp_path, before, message):

@@ -138,25 +138,30 @@ def test_mistakes_about_the_file_of_stresses(stresses):
     assert "exists" in refused(2, "fatigue", stresses, *words[:-1], stresses.with_name("loop.yaml").with_suffix(".h5"))
     few = stresses.with_name("few.h5")
     assert invoke("stress", stresses.with_name("loop.h5"), "--step", 5, "--step", 6, "-q", "-o", few).exit_code == 0
-    assert "has 2 stored states; 3 or more are needed" in refused(2, "fatigue", few, *words)
+    assert "the load path has no cycle that the result holds" in refused(2, "fatigue", few, *words)
+    assert "ruiz-1 needs slip, which a file of stresses does not hold" in refused(
+        2, "fatigue", stresses, "--material", KEYS, "--criterion", "ruiz_1", "-o", stresses.with_name("none.h5")
+    )
 
 
-def test_result_without_a_cycle(tmp_path):
+def test_a_load_path_without_a_cycle_counts_as_one(tmp_path):
     case = tmp_path / "once.yaml"
     case.write_text(CASE.partition("  - cycle")[0])
     assert invoke("run", case, "-q").exit_code == 0
-    message = refused(2, "fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley")
-    assert "has no cycle" in message
-    assert "`fretsolve stress --step`" in message
+    done = invoke("fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley", "-q")
+    assert done.exit_code == 0, done.stderr
+    assert done.stderr.count("the load path has no `cycle`: the whole path counts as one\n") == 1
+    words = ("--material", KEYS, "--criterion", "findley", "--cycle", "2", "--overwrite")
+    assert "there is no cycle 2; there is one" in refused(2, "fatigue", case.with_suffix(".h5"), *words)
 
 
 def test_open_cycle_gives_a_warning(loop):
-    open_stresses = loop.with_name("open.h5")
-    steps = [word for step in (3, 4, 5) for word in ("--step", step)]
-    assert invoke("stress", loop, *steps, "--depth", "0", "-q", "-o", open_stresses).exit_code == 0
-    words = ("--material", KEYS, "--criterion", "crossland", "-q", "-o", loop.with_name("opened.h5"))
-    result = invoke("fatigue", open_stresses, *words)
-    assert result.exit_code == 0
+    once, path = loop.with_name("opened.yaml"), CASE.partition("load_path:\n")[0]
+    stages = "[{Qx: 100 N, increments: 1}, {Qx: 50 N, increments: 1}]"
+    once.write_text(f"{path}load_path:\n  - {{P: 400 N}}\n  - cycle: {{times: 1, stages: {stages}}}\n")
+    words = ("--material", KEYS, "--criterion", "crossland", "--average", "point:60um", "-q")
+    result = invoke("fatigue", result_of(once), *words)
+    assert result.exit_code == 0, result.stderr
     assert "warning: the cycle is not closed" in result.stderr
 
 
@@ -193,7 +198,7 @@ def test_a_worst_place_in_the_last_cells_is_marked(tmp_path):
         out = tmp_path / f"{window}.h5"
         done = invoke(*words, "--window", window, "-o", out)
         assert done.exit_code == 0, done.stderr
-        worst[window] = read_worst(out)["swt_max"]
+        worst[window] = read_worst(out)["swt_max"][0]
     assert "#" not in done.stdout
     with h5py.File(tmp_path / "6mm.h5") as file:
         far = file["fatigue/body_2/swt"][0, [0, -1], 0]

@@ -72,7 +72,14 @@ def test_mistakes_in_the_keys(case):
 
 
 def test_what_a_run_refuses_before_it_begins(case, tmp_path):
-    assert "load_path needs one" in refused(2, "run", case, "--set", "load_path=[{P: 1 N}]")
+    assert "the whole load path has 1 stored states" in refused(2, "run", case, "--set", "load_path=[{P: 1 N}]")
+    ruiz = ("--set", "output.fatigue.criteria=[ruiz_1]")
+    surface = "output.fatigue.criteria: ruiz-1 is a parameter of the surface"
+    assert f"{surface}; 0 mm is needed among" in refused(2, "run", case, *ruiz, "--set", "output.fatigue.depths=[5 um]")
+    average = ("--set", "output.fatigue.depths=[]", "--set", "output.fatigue.average={line: 1 mm}")
+    assert f"{surface}, no average over depths" in refused(2, "run", case, *ruiz, *average)
+    fields = ("--set", "output.fields=[pressure, shear]")
+    assert "ruiz-1 needs slip, which output.fields leaves out" in refused(2, "run", case, *ruiz, *fields)
     assert "output.fields needs shear" in refused(2, "run", case, "--set", "output.fields=[pressure]")
     rigid = "bodies=[{young_modulus: 70 GPa, poisson_ratio: 0.5}, rigid]"
     words = ("--set", rigid, "--set", "output.fatigue.bodies=[2]")

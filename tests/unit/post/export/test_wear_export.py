@@ -18,7 +18,7 @@ from fretsolve.post.export.deformed_surfaces import DeformedSurfaces
 from fretsolve.post.export.remarks import rows_of_wear, wear_totals
 from fretsolve.post.export.selection import rows_of_stick_zones
 from fretsolve.post.export.tables import require_wear, write_heights
-from fretsolve.post.stress.tractions import last_cycle
+from fretsolve.post.stress.cycles import cycles_of
 from fretsolve.problem.setup.wear_warnings import error_by_grid
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
@@ -160,7 +160,7 @@ def test_a_cycle_between_worn_surfaces_begins_with_its_end(worn: Path, result: R
     words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "--body", 2)
     done = invoke("fatigue", worn, *words, "-o", tmp_path / "worn.fatigue.h5")
     assert (done.exit_code, "not closed" in done.output) == (0, False)
-    _, *inside = last_cycle(result)
+    _, *inside = cycles_of(result)[-1].states
     with h5py.File(tmp_path / "worn.fatigue.h5") as file:
         assert file["fatigue/body_2"].attrs["steps"].tolist() == [inside[-1], *inside]
 

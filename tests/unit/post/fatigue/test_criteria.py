@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.case.keys.quantity_names import CRITERIA
+from fretsolve.case.keys.quantity_names import STRESS_CRITERIA
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.criteria import (
     LONGEST,
@@ -39,7 +39,7 @@ def test_factors():
     assert material.shear_modulus == pytest.approx(200e3 / 2.6)
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@pytest.mark.parametrize("name", STRESS_CRITERIA)
 def test_limit_in_tension_and_torsion_is_used_up_at_once(name):
     """Amplitudes at both fatigue limits have utilisation 1, but for McDiarmid's in tension."""
     material = Material.model_validate(STEEL)

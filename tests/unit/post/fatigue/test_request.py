@@ -9,8 +9,9 @@ from command_line import invoke, result_of
 from small_cases import TWO_CYCLES, write_case
 
 from fretsolve.errors import CaseError, FileError
-from fretsolve.post.fatigue.request import FatigueRequest, read_material
-from fretsolve.post.fatigue.stress_cycle import cycles_of
+from fretsolve.post.fatigue.material import read_material
+from fretsolve.post.fatigue.request import FatigueRequest
+from fretsolve.post.fatigue.stress_cycle import stress_cycles
 from fretsolve.post.stress.computed_file import opened_computed
 
 LIMITS = "tension_limit=300 MPa,torsion_limit=0.19 GPa"
@@ -59,4 +60,4 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_result_is_no_file_of_stresses(out: Path) -> None:
     request = FatigueRequest(read_material(LIMITS), ("findley",))
     with pytest.raises(FileError, match="is not a file of stresses"), opened_computed(out) as file:
-        cycles_of(file, out, out, request)
+        stress_cycles(file, out, out, request)

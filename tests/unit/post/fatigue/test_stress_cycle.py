@@ -11,7 +11,8 @@ import pytest
 
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.request import Average, depth_weights
-from fretsolve.post.fatigue.stress_cycle import StressCycle, not_closed, opening_of
+from fretsolve.post.fatigue.stress_cycle import StressCycles, not_closed, opening_of
+from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress
 
@@ -41,10 +42,10 @@ def test_the_opening_of_a_cycle_is_the_largest_change_over_the_largest_range():
 
 def test_too_few_states_or_components_are_refused_with_the_file(body):
     with pytest.raises(CaseError, match=r"out\.stress\.h5: the cycle has 2 stored states; 3 or more are needed"):
-        StressCycle(body.path, body, (3, 4))
+        StressCycles(body.path, body, (LoadCycle(1, (3, 4), (3, 4)),))
     fewer = BodyStress(body.path, body.steps, body.stages, DEPTHS, X, Y, {}, COMPONENTS[:5], body.group)
     with pytest.raises(CaseError, match="the file lacks the components yz, all six are needed"):
-        StressCycle(body.path, fewer, (2, 3, 4))
+        StressCycles(body.path, fewer, (LoadCycle(1, (2, 3, 4), (2, 3, 4)),))
 
 
 NODES = np.array([0.0, 0.1, 0.3, 0.4, 1.0])

@@ -11,8 +11,8 @@ from small_cases import CASE, UNLIKE, write_case
 from solving import build
 
 from fretsolve import load_case
-from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.cli.commands.check import cases_at
+from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.problem.setup.yield_warnings import cylinder_contact
 from fretsolve.simulation.problem_setup import set_up
