@@ -131,7 +131,7 @@ def test_cycles_and_blocks(folder, crack, tmp_path):
     message = refused(2, "crack", folder / "c.h5", "-o", tmp_path / "y.h5", "--cycle", "7")
     assert message == "--cycle: there is no cycle 7; there are 1 to 2\n"
     both = ("--cycle", "1", "--blocks", tmp_path / "b.csv")
-    assert "exclude each other" in refused(2, "crack", folder / "c.h5", *both)
+    assert "--blocks names the cycles; leave --cycle out" in refused(2, "crack", folder / "c.h5", *both)
 
 
 def test_a_long_crack_in_a_thin_body(folder, crack):
