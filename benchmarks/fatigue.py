@@ -1,27 +1,35 @@
-"""Measure what Findley's parameter costs on a block of stresses, and what a scan of planes misses.
+"""Measure what fatigue parameters cost, what a scan of planes misses, and how right stress intensities of cracks are.
 
-    python benchmarks/fatigue.py                               # about two minutes on one core
+    python benchmarks/fatigue.py                               # about a minute on one core
     python benchmarks/fatigue.py --points 64 --depths 5
-    python benchmarks/fatigue.py --into docs/verification.md   # the table of the scan as well
+    python benchmarks/fatigue.py --into docs/verification.md   # the tables of the scan and of cracks
 
-The block has 128 x 128 x 20 points with 40 states, of a sphere of 10 mm on a flat, pressed and moved to and fro in
-partial slip. Processor time of one core, without reading and writing.
+The picture of the size effect is drawn by gallery.py. The block of stresses has 128 x 128 x 20 points with 40 states,
+of a sphere of 10 mm on a flat, pressed and moved to and fro in partial slip. Its processor time is of one core, without
+reading and writing.
 """
 
 from __future__ import annotations
 
+import tempfile
 import time
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from helpers import parser_of, report
+from matplotlib.figure import Figure
 
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.quantity_names import STRESS_CRITERIA
 from fretsolve.post.fatigue import criteria, critical_plane
 from fretsolve.post.fatigue.criteria import fatigue_field
 from fretsolve.system.arrays import DoubleArray
+
+if TYPE_CHECKING:
+    from fretsolve.post.crack.analysis import Crack
 
 MATERIAL = Material(
     tension_limit=300.0,
@@ -36,9 +44,6 @@ STATES = 40
 
 def loop(points: int, depths: int) -> Iterator[DoubleArray]:
     """Yield the stresses (states, 6, points) of each layer of a fretting loop, solved on the way."""
-    import tempfile
-    from pathlib import Path
-
     from fretsolve import open_result
     from fretsolve.cli.commands.run import run_case
     from fretsolve.post.stress.cycles import cycles_of
@@ -128,13 +133,99 @@ def print_scan(count: int = 600) -> None:
         print(f"| {step:g} | {len(critical_plane.scan_normals(step))} | {' | '.join(cells)} |")
 
 
+CASES = Path(__file__).parents[1] / "cases"
+
+CERTIFIED = {0.05: 0.33122, 0.2: 0.47769, 1.0: 0.64965}
+"""K_I over p0 sqrt(pi a) by b/a: mu 0.75, Q = 0.6 mu P, bulk stress 0.5904 p0 in phase, crack at the trailing edge."""
+
+TESTED = (12.5, 25.0, 37.5, 50.0, 75.0, 100.0, 125.0, 150.0)
+"""Radii of the tests' pads (mm)."""
+
+BETWEEN = (14.0, 16.0, 18.0, 20.0, 22.0)
+"""Radii (mm) between the first ones of the tests."""
+
+RAN_OUT, BROKE = 0.28, 0.38
+"""Half-widths (mm) up to which specimens ran out at 1e7 cycles, and from which on they broke, as later papers quote
+Nowell's first series. The numbers could not be compared with the original."""
+
+
+def crack_under(radius: float, *overrides: str) -> tuple[float, Crack]:
+    """Return p0 (MPa) and the crack of the shipped case under a pad of a radius (mm); overrides: of the case."""
+    from fretsolve import open_result
+    from fretsolve.cli.commands.run import run_case
+    from fretsolve.post.crack.analysis import crack_of
+    from fretsolve.post.crack.request import CrackRequest
+    from fretsolve.post.fatigue.material import read_material
+    from fretsolve.post.stress.tractions import TractionHistory
+    from fretsolve.system.signals import StopRequest
+
+    share = radius / 50.0
+    loads = f"stage.1.P={share * 93.24894} N/mm", f"load_path.1.cycle.amplitude.Qx={share * 41.96202} N/mm"
+    sets = (f"surface.0.cylinder.radius={radius} mm", *loads, "output={fields: [pressure, shear]}", *overrides)
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "crack.h5"
+        with StopRequest() as stop:
+            run_case(CASES / "crack.yaml", out, sets, stop, quiet=True)
+        with open_result(out) as result:
+            material = read_material(str(CASES / "materials" / "al-4cu.yaml"))
+            crack = crack_of(TractionHistory(result), CrackRequest(material, thickness=12.5))
+            return float(result.history["max_pressure"][-1]), crack
+
+
+def print_cracks() -> None:
+    """Print the error of stress intensities in a solved line contact, and its error bar, over the grid."""
+    print("| points | cells per half-width |" + "".join(f" b/a = {share}: error | bar |" for share in CERTIFIED))
+    print("| --- " * (2 + 2 * len(CERTIFIED)) + "|")
+    for points in (65, 129, 257, 513):
+        pressure, crack = crack_under(50.0, f"grid.points={points}")
+        unit = pressure * np.sqrt(1e-3 * np.pi * crack.half_width)
+        largest = crack.K[0].argmax(axis=0), np.arange(len(crack.lengths))
+        cells = []
+        for share, certified in CERTIFIED.items():
+            at, places = np.log(share * crack.half_width), np.log(crack.lengths)
+            found, bar = (float(np.interp(at, places, of[0][largest])) for of in (crack.K, crack.K_error))
+            cells += [f"{found / unit / certified - 1.0:.1e}", f"{bar / unit / certified:.1e}"]
+        print(f"| {points} | {crack.half_width / crack.cell:.0f} | {' | '.join(cells)} |")
+
+
+def size_effect() -> Figure:
+    """Draw the life under pads of equal pressure over the half-width of the contact, beside what tests found."""
+    figure = Figure(figsize=(5.6, 3.4), layout="constrained")
+    axes = figure.subplots()
+    found = {radius: crack_under(radius)[1] for radius in sorted({*TESTED, *BETWEEN})}
+    through = [crack for crack in found.values() if crack.verdict == "goes through"]
+    stops = [crack.half_width for crack in found.values() if crack.verdict != "goes through"]
+    tests = np.array([found[radius].half_width for radius in TESTED])
+    ran_out = tests[tests < 0.5 * (RAN_OUT + BROKE)]
+    axes.axvspan(RAN_OUT, BROKE, color="0.9")
+    axes.plot([crack.half_width for crack in through], [crack.growth.life for crack in through], "o-", markersize=4,
+              label="computed: the crack goes through")  # fmt: skip
+    axes.plot(stops, np.full(len(stops), 2.5e7), "^", color="C0", label="computed: the crack stops")
+    axes.plot(ran_out, np.full(len(ran_out), 1e7), "^", color="C1", label="tested: ran out at 1e7 cycles")
+    broke = tests[len(ran_out) :]
+    axes.plot(broke, np.full(len(broke), 1e7), "v", color="C3", label="tested: broke before")
+    axes.set(xscale="log", yscale="log", xlabel="half-width of the contact $a$ (mm)", ylabel="life (cycles)")
+    axes.set_ylim(1e6, 1.2e8)
+    axes.set_xticks([0.1, 0.2, 0.3, 0.5, 1.0], ["0.1", "0.2", "0.3", "0.5", "1"])
+    axes.minorticks_off()
+    axes.legend(fontsize=8, loc="upper right")
+    return figure
+
+
 def main() -> None:
     """Read the arguments and print what they ask for."""
     parser = parser_of(__doc__)
     parser.add_argument("--points", type=int, default=128, help="cells per side")
     parser.add_argument("--depths", type=int, default=20)
     asked = parser.parse_args()
-    report({"fatigue costs": partial(print_costs, asked.points, asked.depths), "fatigue scan": print_scan}, asked.into)
+    report(
+        {
+            "fatigue costs": partial(print_costs, asked.points, asked.depths),
+            "fatigue scan": print_scan,
+            "cracks": print_cracks,
+        },
+        asked.into,
+    )
 
 
 if __name__ == "__main__":

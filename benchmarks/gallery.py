@@ -21,6 +21,7 @@ from functools import cache
 from pathlib import Path
 
 import bulk_stress
+import fatigue
 import numpy as np
 import rigs
 from matplotlib.axes import Axes
@@ -468,6 +469,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "wear_partial_slip": wear("wear_partial_slip"),
     "wear_gross_slip": wear("wear_gross_slip"),
     "fatigue_map": fatigue_map,
+    "size_effect": fatigue.size_effect,
     "convergence": convergence,
     "bulk_signs": bulk_stress.signs,
     "fitted_loop": fitted_loop,

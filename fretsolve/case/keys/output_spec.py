@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, field_validator, model_validator
-from pydantic_core import CoreSchema
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, field_validator, model_validator
+from pydantic_core import CoreSchema, core_schema
 
 from fretsolve.case.base import CaseModel, Count, Length, PositiveLength, auto, each_once, refused_at
 from fretsolve.case.dimensions import LENGTH, NUMBER
@@ -100,9 +100,20 @@ class AverageSpec(CaseModel):
         return float(getattr(self, self.kind))
 
 
-def with_hyphens(name: object) -> object:
-    """Return the name of a criterion with hyphens, as in dang-van; names of quantities have underscores instead."""
-    return name.replace("_", "-") if isinstance(name, str) else name
+class WithHyphens:
+    """Annotation of the name of a criterion: in the file, underscores may stand for hyphens."""
+
+    def read(self, name: object) -> object:
+        """Return the name with hyphens, as in dang-van."""
+        return name.replace("_", "-") if isinstance(name, str) else name
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        inner = handler(schema)
+        other = [name.replace("-", "_") for name in inner["enum"] if "-" in name]
+        return {"anyOf": [inner, {"enum": other, "type": "string"}]}
 
 
 CycleNumber = Annotated[int, Field(strict=True, ge=1)]
@@ -153,7 +164,7 @@ class FatigueSpec(CyclesSpec):
         description="constants of the material, or the name of a file of them, relative to the case file",
         examples=["steel.yaml"],
     )
-    criteria: tuple[Annotated[CriterionName, BeforeValidator(with_hyphens)], ...] = Field(
+    criteria: tuple[Annotated[CriterionName, WithHyphens()], ...] = Field(
         min_length=1, description="criteria", examples=[["crossland", "swt"]]
     )
     average: AverageSpec | None = Field(
@@ -193,7 +204,7 @@ class CrackSpec(CyclesSpec):
     body: Literal[1, 2] | None = Field(
         default=None, description="the body that may crack; by default 2, or 1 if that is rigid", examples=[2]
     )
-    criterion: Annotated[LifeCriterion, BeforeValidator(with_hyphens)] | None = Field(
+    criterion: Annotated[LifeCriterion, WithHyphens()] | None = Field(
         default=None,
         description="the parameter that gives the cycles to a crack; by default swt, or fatemi-socie if the material"
         " has only the life curve of shear strain",

@@ -229,6 +229,8 @@ def _life_lines(crack: Crack) -> Iterator[str]:
             f": {_cycles(begins)} to a crack of b = {growth.first:.4g} mm{shortest} {_cycles(grows)} from it to {end}"
         )
     yield f"  {line}"
+    if growth.first is not None and growth.first > (growth.arrest or 0.0) and crack.verdict in ("no crack", "arrests"):
+        yield "  a crack from the surface stops: this life is of a crack that begins at that depth by itself"
     if growth.crossing is not None:
         yield f"  a crack takes as long to begin as to grow at b = {growth.crossing:.4g} mm"
 
