@@ -6,14 +6,11 @@ from collections.abc import Iterator, Sequence
 
 from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_DIMENSIONS
 from fretsolve.case.history import OF_RIG
-from fretsolve.case.keys.output_spec import OutputSpec
+from fretsolve.case.keys.output_spec import LIFE_CURVES, OutputSpec
 from fretsolve.case.keys.quantity_names import LIFE_NAMES, OF_WHOLE_RUN, OUTPUT_NAMES, WORST_NAMES
 from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.errors import KeyPath
-
-LIFE_CURVES = {"swt": "strain_life", "fatemi-socie": "shear_strain_life"}
-"""The constants of the material from which a criterion's life follows."""
 
 ADDED = {
     "stress": "output: {stress: {}}",
@@ -71,7 +68,7 @@ def _lacking(name: str, output: OutputSpec) -> str | None:
         return None
     if criterion not in output.fatigue.criteria:
         return f"needs the criterion {criterion}; add it to output.fatigue.criteria"
-    curve = LIFE_CURVES[criterion] if name in LIFE_NAMES else None
+    curve = next((key for one, key in LIFE_CURVES.items() if one == criterion and name in LIFE_NAMES), None)
     if curve is not None and getattr(output.fatigue.material, curve) is None:
         return f"needs {curve} in output.fatigue.material"
     return None

@@ -56,6 +56,9 @@ CriterionName = Literal["crossland", "dang-van", "findley", "mcdiarmid", "fatemi
 LifeCriterion = Literal["swt", "fatemi-socie"]
 """Criteria with a life curve."""
 
+LIFE_CURVES: dict[LifeCriterion, str] = {"swt": "strain_life", "fatemi-socie": "shear_strain_life"}
+"""The constants of the material from which the life of a criterion follows."""
+
 AverageKind = Literal["point", "line", "volume"]
 
 KINDS: tuple[AverageKind, ...] = ("point", "line", "volume")

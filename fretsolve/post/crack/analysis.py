@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fretsolve.case.keys.material_spec import Material
-from fretsolve.case.keys.output_spec import LifeCriterion
+from fretsolve.case.keys.output_spec import LIFE_CURVES, LifeCriterion
 from fretsolve.errors import CaseError
 from fretsolve.post.crack.growth import Growth, GrowthRule, difference, stress_range, threshold_of, together
 from fretsolve.post.crack.place import Place, at_edge, at_largest, at_length, contact_steps
-from fretsolve.post.crack.request import CURVES, CrackRequest
+from fretsolve.post.crack.request import CrackRequest
 from fretsolve.post.crack.stress_intensity import WEIGHT_ERROR
 from fretsolve.post.crack.stress_line import StressLine, stress_line
 from fretsolve.post.fatigue.criteria import fatigue_field, shear_strain_lives, swt_lives
@@ -253,8 +253,8 @@ def _initiation(
     """
     if criterion is None:
         return None, "strain_life or shear_strain_life"
-    if getattr(material, CURVES[criterion]) is None:
-        return None, CURVES[criterion]
+    if getattr(material, LIFE_CURVES[criterion]) is None:
+        return None, LIFE_CURVES[criterion]
     try:
         stress = line.stress((place.x, place.y), lengths).transpose(1, 2, 0, 3)
         values = np.array(

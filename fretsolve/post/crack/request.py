@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-from fretsolve.case.keys.output_spec import LifeCriterion
+from fretsolve.case.keys.output_spec import LIFE_CURVES, LifeCriterion
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.post.crack.place import Place, require_finite, require_inside, require_round
@@ -17,9 +17,6 @@ from fretsolve.post.stress.influence import Body
 from fretsolve.problem.setup.problem import ProblemSetup
 
 KEY = ("output", "crack")
-
-CURVES: dict[LifeCriterion, str] = {"swt": "strain_life", "fatemi-socie": "shear_strain_life"}
-"""The key of the life curve of each criterion."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +52,7 @@ class CrackRequest:
     @property
     def life_criterion(self) -> LifeCriterion | None:
         """The criterion of the cycles to a crack, None if the material has no life curve."""
-        curves = (name for name, key in CURVES.items() if getattr(self.material.material, key) is not None)
+        curves = (name for name, key in LIFE_CURVES.items() if getattr(self.material.material, key) is not None)
         return self.criterion or next(curves, None)
 
     @property
@@ -66,8 +63,8 @@ class CrackRequest:
     def require_curve(self) -> LifeCriterion:
         """Return the criterion. Raises CaseError for `at: max` if the material lacks its life curve."""
         criterion = self.life_criterion
-        if criterion is None or getattr(self.material.material, CURVES[criterion]) is None:
-            needed = " or ".join(CURVES.values() if criterion is None else [CURVES[criterion]])
+        if criterion is None or getattr(self.material.material, LIFE_CURVES[criterion]) is None:
+            needed = " or ".join(LIFE_CURVES.values() if criterion is None else [LIFE_CURVES[criterion]])
             message = f"max is where a fatigue parameter is largest, which needs {needed} of the material; it has none"
             raise self.problem("at", message)
         return criterion

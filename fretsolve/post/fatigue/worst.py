@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.case.keys.quantity_names import SLIP_CRITERIA
+from fretsolve.post.fatigue.blocks import BlockFields, increments_of
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field, lives_of
-from fretsolve.post.fatigue.error_bars import BlockFields, increments_of
 from fretsolve.post.fatigue.over_cycles import OverCycles, miner_life
 from fretsolve.post.fatigue.ruiz import Sliding, ruiz_field, sliding_in
 from fretsolve.post.fatigue.shakedown import ShakedownSearch
