@@ -74,9 +74,8 @@ def _from_keys(text: str) -> CaseText:
     pairs = [pair.partition("=") for pair in text.split(",")]
     wrong = next((key for key, equals, value in pairs if not (key.strip() and equals and value.strip())), None)
     if "{" in text or any("." in key for key, _, _ in pairs):
-        raise CaseError(
-            f"{text!r} has constants within constants, as paris has; a YAML file is needed", (), ON_COMMAND_LINE
-        )
+        message = f"{text!r} has constants within constants, as paris has; a YAML file is needed"
+        raise CaseError(message, (), ON_COMMAND_LINE)
     if wrong is not None:
         raise CaseError(f"{text!r} is not a list KEY=VALUE,KEY=VALUE of constants", (), ON_COMMAND_LINE)
     with placed(lambda message: CaseError(message, (), ON_COMMAND_LINE)):
