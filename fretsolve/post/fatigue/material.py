@@ -48,8 +48,8 @@ class MaterialSource:
         if own is None or other is None or max(own / other, other / own) < ALIKE:
             return None
         return (
-            f"young_modulus of the material is {own:g} MPa, of the body {other:g} MPa: lives follow from the first; is it"
-            " the material of this body?"
+            f"young_modulus of the material is {own:g} MPa, of the body {other:g} MPa: lives follow from the first; is"
+            " it the material of this body?"
         )
 
     def require(self, criteria: tuple[str, ...]) -> None:
