@@ -263,10 +263,7 @@ def _initiation(
     try:
         stress = line.stress((place.x, place.y), lengths).transpose(1, 2, 0, 3)
         values = np.array(
-            [
-                [fatigue_field(criterion, material, _states(variant, one)).value for one in cycles]
-                for variant in stress
-            ]
+            [[fatigue_field(criterion, material, _states(variant, one)).value for one in cycles] for variant in stress]
         )
     except CaseError as error:
         return None, ".".join(map(str, error.key)) or error.message

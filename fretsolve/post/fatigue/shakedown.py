@@ -3,7 +3,8 @@
 It shakes down if residual stresses in equilibrium keep the stress at each place and time within yield. A residual
 stress shifts the path of the deviator as a whole. So no place may have a path that is wider than the yield surface:
 the radius of the smallest ball around the path, as vectors of length sqrt(J2), is at most k, the yield stress over
-sqrt(3). One residual stress serves all cycles that occur, so that the path is that of all of them. This is necessary. It is not sufficient, since the shifts of all places together must be in equilibrium.
+sqrt(3). One residual stress has to serve all cycles that occur, so that their paths count as one. This is necessary.
+It is not sufficient, since the shifts of all places together must be in equilibrium.
 """
 
 from __future__ import annotations
@@ -55,18 +56,19 @@ class WidestPath:
 
     def __str__(self) -> str:
         if math.isinf(self.error):
-            verdict = "whether elastic shakedown is possible cannot be said, since stress has no bound at the sharp edge"
-            error = " on the cells"
+            verdict = "whether elastic shakedown is possible cannot be said: stress has no bound at a sharp edge or tip"
+            error, on_cells = "", " on these cells"
         else:
             one = "is not ruled out" if self.possible else "is impossible" if self.certain else "may be impossible"
-            verdict, error = f"elastic shakedown {one}", f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}"
+            verdict = f"elastic shakedown {one}"
+            error, on_cells = f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}", ""
         x, y, depth = self.place
         mean = ", of averaged stresses" if self.averaged else ""
         of = f" over {self.cycles} cycles together" if self.cycles > 1 else ""
         more = "; necessary, not sufficient, as residual stresses must be in equilibrium" if self.possible else ""
         return (
-            f"body {self.body}: {verdict}: the widest path of the deviator{of}{at_place(x, y)}, depth {depth:.4g} mm{mean},"
-            f" needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa"
+            f"body {self.body}: {verdict}: the widest path of the deviator{of}{at_place(x, y)}, depth {depth:.4g} mm"
+            f"{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa{on_cells}"
             f" (Melan; yield stress {self.limit:g} MPa){more}"
         )
 
@@ -97,7 +99,7 @@ class ShakedownSearch:
 
 
 def widest_path(*paths: DoubleArray, above: float = 0.0) -> tuple[float, int] | None:
-    """Return the radius of the largest ball (sqrt(J2), MPa) around the paths of a point that exceeds `above`, and where.
+    """Return the radius (sqrt(J2), MPa) of the largest ball around the paths of a point, if above `above`, and where.
 
     paths: (steps, 6, points) of each cycle, in one ball. None if no ball exceeds. A box around paths in the six
     components is no narrower than the paths, and leaves out most points.

@@ -62,9 +62,9 @@ def load_cycles(stages: Sequence[Stage], column: NDArray[Any], *, ended: bool = 
 
     stages: of the load path; column: the stage of each state of the history; ended: whether its last stage has ended.
 
-    A cycle begins with the state before it, unloaded at the start of the path, or with its own end where wear has changed the surfaces before it: cells
-    that have come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins
-    again.
+    A cycle begins with the state before it, at the start of the path unloaded. It begins with its own end where wear
+    has changed the surfaces before it: cells that have come into contact by this carry no shear before they have
+    slipped once, but do whenever the cycle begins again.
     """
     if all(stage.cycle is None for stage in stages):
         states = tuple(range(len(column)))
@@ -139,9 +139,7 @@ def require_states(cycle: LoadCycle, stored: Sequence[int]) -> None:
         raise CaseError(f"output.every leaves out {noun}, where {where}; 1 is needed")
 
 
-def within(
-    cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[int] | None = None
-) -> list[LoadCycle]:
+def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[int] | None = None) -> list[LoadCycle]:
     """Return the cycles that chosen `steps` of a history hold, with their states as places among these.
 
     stored: of which the steps are chosen, by default the steps themselves.
