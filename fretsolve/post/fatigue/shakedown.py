@@ -56,7 +56,8 @@ class WidestPath:
 
     def __str__(self) -> str:
         if math.isinf(self.error):
-            verdict = "whether elastic shakedown is possible cannot be said: stress has no bound at a sharp edge or tip"
+            why = "since stress has no bound at a sharp edge or tip"
+            verdict = f"whether elastic shakedown is possible cannot be said, {why}"
             error, on_cells = "", " on these cells"
         else:
             one = "is not ruled out" if self.possible else "is impossible" if self.certain else "may be impossible"
