@@ -211,7 +211,6 @@ class CrackSpec(CyclesSpec):
         default=None,
         description="the parameter that gives the cycles to a crack; by default swt, or fatemi-socie if the material"
         " has only the life curve of shear strain",
-        examples=["swt"],
     )
     final_length: PositiveLength | None = Field(
         default=None,

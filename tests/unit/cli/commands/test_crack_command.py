@@ -203,9 +203,10 @@ def ramps(tmp_path_factory):
 
 def test_a_ramp_has_its_range_from_rest(ramps):
     """Below b = a, the shear at the edge depends on the increments by more than K_I's error bar of one solution."""
-    keys, found = "threshold_range=1 MPa m^0.5,fatigue_range=100 MPa", []
+    found, material = [], ramps[0].with_name("m.yaml")
+    material.write_text(MATERIAL.replace("2.1 MPa", "1 MPa").replace("248 MPa", "100 MPa"))
     for out in ramps:
-        assert invoke("crack", out, "--material", keys).exit_code == 0
+        assert invoke("crack", out, "--material", material).exit_code == 0
         with opened_computed(out.with_suffix(".crack.h5")) as computed:
             found.extend(crack_bodies(computed).values())
     few, many = found
@@ -215,6 +216,13 @@ def test_a_ramp_has_its_range_from_rest(ramps):
     for one in found:
         np.testing.assert_allclose(one.columns["range"], one.columns["K_I"].max(axis=0))
         assert one.verdict == "goes through"
+    lives = [one.columns["initiation_life"][(few.lengths > 0.3) & (few.lengths < 0.5)] for one in found]
+    np.testing.assert_allclose(*lives, rtol=0.05)  # 3 increments alone give none
+    places = []
+    for out in ramps:
+        done = invoke("crack", out, "--material", material, "--at", "max", "--overwrite")
+        places.append(float(done.stdout.partition("x = ")[2].partition(",")[0]))
+    assert places[0] == pytest.approx(places[1], abs=0.006)  # a cell
 
 
 def test_a_case_asks_for_a_crack(folder, tmp_path):

@@ -8,6 +8,9 @@ from small_cases import SPHERE, TWO_CYCLES, write_case
 
 from fretsolve import open_result
 from fretsolve.post.fatigue.fatigue_file import read_worst
+from fretsolve.post.fatigue.ruiz import sliding_in
+from fretsolve.post.stress.cycles import cycles_of
+from fretsolve.post.stress.tractions import TractionHistory
 
 CASE = TWO_CYCLES.replace("points: 16", "points: 20")
 KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_stress=500 MPa"
@@ -236,19 +239,17 @@ def test_a_ramp_has_its_range_from_rest(tmp_path, increments):
         assert swt == pytest.approx(300 * 150 * 5 / 8 / 200e3, rel=2e-3)
 
 
-def test_ruiz_of_a_ramp_is_from_rest(tmp_path):
-    """All slip is one way, so that its amplitude is half of the slip that there is at last."""
-    path = "load_path: [{P: 100 N, increments: 1}, {Qx: 30 N, bulk_2: {xx: 50 MPa}, increments: 2}]\n"
-    out = result_of(write_case(tmp_path, SPHERE.replace("0.1", "0.4") + path, "ramp.yaml"), "-q")
-    assert invoke("fatigue", out, "--material", KEYS, "--criterion", "ruiz-1", "-q").exit_code == 0
-    assert invoke("stress", out, "--cycle", "last", "--depth", "0", "--window", "all", "-q").exit_code == 0
-    with open_result(out) as result, h5py.File(out.with_suffix(".stress.h5")) as file:
-        row = slice(None), len(result.y) // 2
-        slip = [np.hypot(*result.field("slip", step))[row] for step in range(3)]
-        shear = [np.hypot(*result.field("shear", step))[row] for step in range(3)]
-        tension = file["stress/body_2/xx"][:, 0][:, *row].max(axis=0)
-    expected = (np.maximum(tension, 0.0) * np.max(shear, axis=0) * 0.5 * np.max(slip, axis=0)).max()
-    assert read_worst(out.with_suffix(".fatigue.h5"))["ruiz_1_max"][0] == pytest.approx(expected, rel=0.05)
+def test_sliding_of_a_ramp_is_from_rest(tmp_path):
+    """From rest to one state, the amplitude of slip is half of the slip there."""
+    path = "load_path: [{P: 100 N, Qx: 30 N, bulk_2: {xx: 50 MPa}, increments: 1}]\n"
+    with open_result(result_of(write_case(tmp_path, SPHERE.replace("0.1", "0.4") + path, "ramp.yaml"), "-q")) as result:
+        (cycle,) = cycles_of(result)
+        window = slice(0, len(result.x)), slice(0, len(result.y))
+        found = sliding_in(TractionHistory(result), cycle, window, (1, 1))
+        slip = np.hypot(*result.field("slip", 0)).ravel()
+    assert slip.max() > 1e-5
+    np.testing.assert_allclose(found.amplitude, 0.5 * slip, rtol=1e-9, atol=1e-15)
+    assert found.shear.shape == (2, len(slip))
 
 
 def test_a_result_that_ends_before_its_path_is_told(tmp_path):
