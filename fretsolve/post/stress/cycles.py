@@ -153,7 +153,8 @@ def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[i
         if one.number == 0 or all(end in place for end in one.ends):
             states, ends = (tuple(place[state] for state in of if state in place) for of in (one.states, one.ends))
             first = next((state for state in one.states if state in (steps if stored is None else stored)), None)
-            from_rest = one.from_rest and (first in place or place.keys() == set(one.ends))
+            whole = one.number > 0 or first in place or place.keys() == set(one.ends)
+            from_rest = one.from_rest and whole
             found.append(replace(one, states=states, ends=ends, from_rest=from_rest))
     return found
 
