@@ -139,6 +139,11 @@ def _within(cycles: Sequence[LoadCycle], steps: Sequence[int]) -> list[LoadCycle
     return [one for cycle in cycles for one in within([cycle], steps)]
 
 
+def _states(values: DoubleArray, cycle: LoadCycle, axis: int = 0) -> DoubleArray:
+    """Return values in the states of a cycle, which lie along `axis`; 0 first if the cycle begins unloaded."""
+    return cycle.with_rest(np.take(values, cycle.states, axis), axis)
+
+
 def _body(tractions: TractionHistory, request: CrackRequest) -> Body:
     elastic = tractions.poisson_ratios
     if request.body is None:
@@ -161,7 +166,7 @@ def _analysed(
     factor = np.where(lengths < cell, BELOW_A_CELL, 1.0)
     K_error = factor * np.abs(K[:, 1:] - K[:, :1]).max(axis=1) + WEIGHT_ERROR * np.abs(K[:, 0])
     exponent = 1.0 if material.paris is None else material.paris.walker_exponent
-    of_cycles = np.stack([stress_range(K[0][:, list(one.states)], exponent) for one in cycles], axis=1)
+    of_cycles = np.stack([stress_range(_states(K[0], one, 1), exponent) for one in cycles], axis=1)
     largest = np.maximum(K[0], 0.0).max(axis=1)  # (1 + averages, lengths)
     ranges, most = of_cycles[0], largest[0]
     errors = factor * np.abs(of_cycles[1:] - ranges).max(axis=0) + WEIGHT_ERROR * most
@@ -258,10 +263,7 @@ def _initiation(
     try:
         stress = line.stress((place.x, place.y), lengths).transpose(1, 2, 0, 3)
         values = np.array(
-            [
-                [fatigue_field(criterion, material, variant[list(one.states)]).value for one in cycles]
-                for variant in stress
-            ]
+            [[fatigue_field(criterion, material, _states(variant, one)).value for one in cycles] for variant in stress]
         )
     except CaseError as error:
         return None, ".".join(map(str, error.key)) or error.message

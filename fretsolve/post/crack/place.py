@@ -85,7 +85,7 @@ def at_largest(
     if (problem := memory_problem(request, 1)) is not None:
         raise CaseError(problem)
     stress = np.array([layer.stress.reshape(6, -1) for layer in layers(tractions, request)])
-    values = [fatigue_field(criterion, material, stress[list(one.states)]).value for one in cycles]
+    values = [fatigue_field(criterion, material, one.with_rest(stress[list(one.states)])).value for one in cycles]
     value = np.max(values, axis=0)
     worst = int(value.argmax())
     if not value[worst] > 0.0:
