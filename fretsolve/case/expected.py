@@ -39,7 +39,7 @@ def unknown_quantities(
         elif one.stage is not None and name in OF_WHOLE_RUN:
             message = f"{name} has one value of the whole run; output chooses the cycles that count, remove it"
             yield (*key, "stage"), message
-        elif (lacking := _lacking(name, output)) is not None:
+        elif (lacking := lacking_of(name, output)) is not None:
             yield (*key, "quantity"), f"{name} {lacking}"
 
 
@@ -56,7 +56,7 @@ def _of_cycle(one: Expectation, cycles: int, output: OutputSpec) -> Iterator[tup
         yield ("quantity",), f"{name} follows from the slip; output.fields needs slip"
 
 
-def _lacking(name: str, output: OutputSpec) -> str | None:
+def lacking_of(name: str, output: OutputSpec) -> str | None:
     """Return what the case lacks for a quantity beside the result, None if it lacks nothing."""
     kind = next((kind for kind, names in OUTPUT_NAMES.items() if name in names), None)
     if kind is None:

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import get_args
 
+from fretsolve.case.expected import lacking_of
 from fretsolve.case.keys.map_keys import HeightsSurface
+from fretsolve.case.keys.quantity_names import BESIDE_DIMENSIONS
 from fretsolve.case.loading import EVERY_STAGE, CaseText, read_case, validated
 from fretsolve.case.source import CaseSource, Override
 from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath
@@ -166,7 +168,8 @@ class _Survey:
 
     file_bytes, seconds_saved (by compiling): by the name of the case; warnings: each once; usual: the quantities of the
     first case; stages: the fewest of a case; memory: the largest (bytes); have_bars: whether all have error bars;
-    beside: what all have beside their history, and keys of the case that give quantities.
+    lacking: what some case lacks for a quantity beside its result; beside: what all have beside their
+    history, and keys of the case that give quantities.
     """
 
     rows: list[ManifestRow] = field(default_factory=list)
@@ -177,6 +180,7 @@ class _Survey:
     stages: int = sys.maxsize
     memory: float = 0.0
     have_bars: bool = True
+    lacking: dict[str, str] = field(default_factory=dict)
     beside: set[str] = field(default_factory=lambda: {*SIDE_OUTPUTS, *NEEDED_KEYS})
 
     def add(self, prepared: PreparedCase) -> None:
@@ -193,6 +197,8 @@ class _Survey:
             self.usual = (*usual, *((ERROR_OF_WEAR,) if setup.case.wear is not None else ()))
         self.stages, self.memory = min(self.stages, last), max(self.memory, expected.memory)
         self.have_bars &= setup.case.solver.error_bars
+        lacking = ((name, lacking_of(name, setup.case.output)) for name in BESIDE_DIMENSIONS)
+        self.lacking |= {name: text for name, text in lacking if text is not None}
         self.beside &= {*prepared.beside, *(key for key in NEEDED_KEYS if getattr(setup.case, key) is not None)}
 
 
@@ -259,6 +265,8 @@ def _require_quantities(spec: SweepSpec, source: CaseSource, survey: _Survey) ->
         if (key := needed_key(quantity.name)) and key.removeprefix("output.") not in survey.beside:
             problem = f"{quantity.name} is known from runs with {key} alone; {key} in the case is needed"
             raise source.problem(problem, ("quantities", index))
+        if quantity.name in survey.lacking:
+            raise source.problem(f"{quantity.name} {survey.lacking[quantity.name]}", ("quantities", index))
         if quantity.name in CORRECTED_NAMES and not survey.have_bars:
             problem = f"{quantity.name} is known from runs with error bars alone; error_bars: true is needed"
             raise source.problem(problem, ("quantities", index))

@@ -6,15 +6,17 @@ Functions here raise CaseError and FileError.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, FileError
 from fretsolve.post.stress.cycles import CycleChoice, read_blocks
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.request import AS_OPTIONS, WindowChoice
+from fretsolve.result.reader import read_attributes
 from fretsolve.system.files import require_ending, require_free, require_other
 
 WINDOW_KINDS: dict[str, WindowChoice] = {"auto": "auto", "all": "all"}
@@ -69,7 +71,15 @@ class FileOptions:
         require_ending(target, f"a file of {contents}", ".h5", ".hdf5")
         require_other(target, self.out, source)
         require_free(target, overwrite=self.overwrite)
+        require_no_result(target)
         return FileOrder(target, self.threads, self.quiet, not self.overwrite, advice)
+
+
+def require_no_result(target: Path) -> None:
+    """Raise CaseError if the result of a run, which takes long to make again, stands where a file is to be written."""
+    with suppress(FileError, OSError):
+        read_attributes(target)
+        raise CaseError("is the result of a run, which is not replaced; give another name with -o", (), target)
 
 
 def cycle_choice(text: str) -> CycleChoice:

@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from fretsolve.case.keys.unrolled_path import Stage
 
 CycleChoice = Literal["last", "all"] | int | Mapping[int, float]
-"""The last cycle, each cycle once, one by its number from 1, or a block: numbers with how often each cycle occurs."""
+"""The last cycle, each cycle (with wear as often as it stands for), one by its number from 1, or a block: numbers with
+how often each cycle occurs."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,13 @@ def cycles_of(result: Result) -> list[LoadCycle]:
     if not result.increments:
         raise CaseError(result.why_empty, (), result.path)
     stages = () if case is None else case.stages()
-    return load_cycles(stages, result.history["stage"], ended=result.status == "complete")
+    found = load_cycles(stages, result.history["stage"], ended=result.status == "complete")
+    if "cycles" not in result.history:
+        return found
+    # With wear a solved cycle stands for those up to the next one.
+    firsts = [min(cycle.states[1:] if len(cycle.states) > len(set(cycle.states)) else cycle.states) for cycle in found]
+    counts = np.diff(result.history["cycles"][[*(max(first - 1, 0) for first in firsts), -1]])
+    return [replace(cycle, times=max(float(count), 1.0)) for cycle, count in zip(found, counts, strict=True)]
 
 
 def chosen(cycles: Sequence[LoadCycle], choice: CycleChoice) -> tuple[LoadCycle, ...]:
@@ -161,14 +168,14 @@ def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[i
 
 def cycles_as_text(cycles: Sequence[LoadCycle]) -> str:
     """Return cycles as an attribute of a file, which `cycles_from_text` reads."""
-    return json.dumps([[one.number, one.states, one.ends, one.from_rest, one.ended] for one in cycles])
+    return json.dumps([[one.number, one.states, one.ends, one.from_rest, one.ended, one.times] for one in cycles])
 
 
 def cycles_from_text(text: str) -> list[LoadCycle]:
     """Return the cycles in an attribute of a file."""
     return [
-        LoadCycle(number, tuple(states), tuple(ends), from_rest=from_rest, ended=ended)
-        for number, states, ends, from_rest, ended in json.loads(text)
+        LoadCycle(number, tuple(states), tuple(ends), times, from_rest, ended)
+        for number, states, ends, from_rest, ended, times in json.loads(text)
     ]
 
 

@@ -160,6 +160,7 @@ def test_a_cycle_between_worn_surfaces_begins_with_its_end(worn: Path, result: R
     words = ("--material", ROOT / "cases" / "materials" / "ti-6al-4v.yaml", "--criterion", "findley", "--body", 2)
     done = invoke("fatigue", worn, *words, "-o", tmp_path / "worn.fatigue.h5")
     assert (done.exit_code, "not closed" in done.output) == (0, False)
+    assert sum(cycle.times for cycle in cycles_of(result)) == result.history["cycles"][-1]
     _, *inside = cycles_of(result)[-1].states
     with h5py.File(tmp_path / "worn.fatigue.h5") as file:
         assert file["fatigue/body_2"].attrs["steps"].tolist() == [inside[-1], *inside]
