@@ -214,6 +214,15 @@ def chosen_cycles(cycle: str | None, blocks: Path | None) -> CycleChoice:
     return read_blocks(blocks)
 
 
+def positive_length_of(option: str, text: str | None) -> float | None:
+    """Return the value of an option that is a length above 0 (mm), None without one. Raises CaseError."""
+    if text is None:
+        return None
+    if not (length := length_of(option, text, needed := "a length > 0 mm is needed")) > 0.0:
+        raise CaseError(f"{text!r} is out of range; {needed}", (), option)
+    return length
+
+
 def length_of(option: str, text: str, needed: str, instead: str = "") -> float:
     """Return the value of an option in mm. Raises CaseError.
 
@@ -322,7 +331,7 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
     )
-    notes = whole_path_note(cycles.cycles), not_closed(widest), *gaps
+    notes = whole_path_note(cycles.cycles), not_closed(widest, whole_path=not cycles.cycles[0].number), *gaps
     print_warnings(out, *dict.fromkeys(one for one in notes if one is not None))
     if not order.quiet:
         for number, of_body in cycles.of_body.items():

@@ -117,7 +117,9 @@ def require_states(cycle: LoadCycle, stored: Sequence[int]) -> None:
     count = sum(state in there for state in cycle.states)
     if count < 3:
         which = "the cycle" if cycle.number else cycle.title
-        raise CaseError(f"{which} has {count} stored states; 3 or more are needed (output.every)")
+        raise CaseError(
+            f"{which} has {count} stored state{'' if count == 1 else 's'}; 3 or more are needed (output.every)"
+        )
     missing = [str(state) for state in cycle.ends if state not in there]
     if missing:
         noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"
