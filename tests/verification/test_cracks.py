@@ -13,9 +13,9 @@ from fretsolve import open_result
 from fretsolve.case.keys.material_spec import Material, ParisLaw
 from fretsolve.post.crack.analysis import crack_of
 from fretsolve.post.crack.growth import propagation_lives, threshold_of
-from fretsolve.post.crack.place import at_edge
+from fretsolve.post.crack.place import at_edge, rows_of_contact
 from fretsolve.post.crack.request import CrackRequest
-from fretsolve.post.crack.stress_intensity import nodes, stress_intensity
+from fretsolve.post.crack.stress_intensity import nodes
 from fretsolve.post.crack.stress_line import stress_line
 from fretsolve.post.fatigue.material import read_material
 from fretsolve.post.stress.tractions import TractionHistory
@@ -69,16 +69,22 @@ def exact_tractions(cells, phase):
     return GivenTractions(len(pressure), P0 * pressure, P0 * shear, BULK * P0, middle, A / cells)
 
 
-def of_exact_tractions(cells, phase, lengths=LENGTHS):
+def intensities(line, x, lengths):
+    """Return K_I and K_II of the tractions, (2, steps, lengths)."""
+    return np.stack([line.stress_intensity((x, 0.0), length)[:, 0] for length in lengths], axis=-1)
+
+
+def of_exact_tractions(cells, phase, lengths=LENGTHS, mode=0):
     line = stress_line(exact_tractions(cells, phase), [0], 2)
-    return line.stress_intensity((-A, 0.0), lengths)[0, 0, 0]
+    return intensities(line, -A, lengths)[mode, 0]
 
 
 @pytest.mark.parametrize(
     ("stress", "certified"), [(lambda s: 1.0 + 0.0 * s, 1.12152), (lambda s: s, 0.682863), (np.square, 0.525488)]
 )
 def test_polynomial_stress(stress, certified):
-    found = stress_intensity(lambda z: stress(z / 0.3), 0.3)
+    share, weights = nodes()
+    found = math.sqrt(0.3) * float(weights @ stress(share))
     assert found / math.sqrt(math.pi * 0.3e-3) == pytest.approx(certified, rel=5e-4)
 
 
@@ -86,7 +92,7 @@ def test_enough_nodes():
     """The stress of cells at the edge of contact, as sharp as it gets, to 1e-6 up to ten half-widths."""
     line = stress_line(exact_tractions(100, 0.4), [0], 2)
     for ratio in (0.01, 0.3, 1.0, 10.0):
-        found = line.stress_intensity((-A, 0.0), np.array([ratio * A]))[0, 0, 0, 0]
+        found = line.stress_intensity((-A, 0.0), ratio * A)[0, 0, 0]
         share, weights = nodes(400)
         many = math.sqrt(ratio * A) * line.stress((-A, 0.0), ratio * A * share, ("xx",), weights[None])[0, 0, 0, 0]
         assert found == pytest.approx(many, rel=1e-6)
@@ -109,7 +115,7 @@ def test_order_in_the_cells(phase, order):
 def test_uniform_stress_alone(body):
     nothing = np.zeros(8)
     line = stress_line(GivenTractions(8, nothing, nothing, bulk=100.0), [0], body)
-    K = line.stress_intensity((0.01, 0.0), np.array([0.05, 1.0]))[:, 0, 0]
+    K = intensities(line, 0.01, [0.05, 1.0])[:, 0]
     np.testing.assert_allclose(K[0], 1.12152 * 100.0 * np.sqrt(math.pi * np.array([0.05e-3, 1e-3])), rtol=1e-4)
     np.testing.assert_allclose(K[1], 0.0, atol=1e-12)
 
@@ -126,7 +132,7 @@ def test_propagation_under_uniform_stress(exponent, tolerance):
     b, last = 1e-3 * lengths[lengths < end], 1e-3 * end
     closed = np.log(last / b) if power == 0.0 else (last**power - b**power) / power
     np.testing.assert_allclose(found[: len(b)], closed / factor, rtol=tolerance)
-    assert (found[len(b) :] == 0.0).all()
+    assert np.isnan(found[len(b) :]).all()
 
 
 CASE = (
@@ -149,16 +155,16 @@ def test_solved_line_contact(tmp_path):
     with open_result(crack_case(tmp_path, 256)) as result:
         tractions = TractionHistory(result)
         line = stress_line(tractions, result.steps, 2)
-        place = at_edge(tractions, line)
+        place = at_edge(tractions, line, rows_of_contact(tractions, result.steps))
         assert place.x == pytest.approx(-A, rel=1e-4)
-        K = line.stress_intensity((place.x, 0.0), LENGTHS)[:, 0, -1]
+        K = intensities(line, place.x, LENGTHS)[:, -1]
     np.testing.assert_allclose(K[0], EXACT, rtol=1e-3)
     with open_result(crack_case(tmp_path, 256, body=1)) as result:
         tractions = TractionHistory(result)
         line = stress_line(tractions, result.steps, 1)
-        place = at_edge(tractions, line)
+        place = at_edge(tractions, line, rows_of_contact(tractions, result.steps))
         assert place.x == pytest.approx(A, rel=1e-4)
-        mirrored = line.stress_intensity((place.x, 0.0), LENGTHS)[:, 0, -1]
+        mirrored = intensities(line, place.x, LENGTHS)[:, -1]
     np.testing.assert_allclose(mirrored[0], EXACT, rtol=1e-3)
     np.testing.assert_allclose(mirrored[1], K[1], rtol=1e-3)
 

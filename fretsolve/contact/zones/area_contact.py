@@ -57,23 +57,6 @@ def zone_sizes(fields: ZoneFields, grid: Grid, materials: Compliances) -> tuple[
     return found[0], found[-1]
 
 
-def row_edges(
-    pressure: FloatArray, gap: FloatArray, grid: Grid, materials: Compliances, row: int
-) -> tuple[float, float]:
-    """Return where contact ends on a row of cells along x, to the left and to the right (mm).
-
-    pressure (MPa), gap (mm): (nx, ny); row: its number along y, with pressure in a cell.
-    """
-    contact, nothing = pressure > 0.0, np.zeros_like(pressure)
-    both = np.zeros((2, *pressure.shape))
-    fields = ZoneFields(pressure, gap, both, nothing, both, contact.astype(np.uint8), nothing)
-    part = ZoneCells.around((contact,), grid)
-    front = Front.of(part)
-    low, high = _Edges(part, front, EdgeLaw(part, front.links, fields, materials)).on_row(row)
-    left = grid.x0 - 0.5 * (grid.nx - 1) * grid.dx
-    return left + low * grid.dx, left + high * grid.dx
-
-
 class _Edges:
     """The edges of zones in the n squares between centres that they cross.
 
@@ -110,26 +93,6 @@ class _Edges:
         area = (front.whole[number] + counted + part_inside[fits].sum()) * dx * dy
         inset = self._inset[own] * ((run_y * dx**2 + run_x * dy**2) / np.maximum(run_y * dx + run_x * dy, TINY))
         return float(max(area - _rim(self._length[own][fits], inset[fits], 0.25 * (ones - threes)), 0.0))
-
-    def on_row(self, row: int) -> tuple[float, float]:
-        """Return where the first zone begins and ends on a row along x, in cells from the grid's first middle."""
-        part, front = self._part, self._front
-        links = front.links
-        inner, column = np.divmod(links.inner, part.width)
-        chosen = (~links.along_y & (links.zone == 0) & (column == row + part.beyond)).nonzero()[0]
-        square, share = front.square[chosen], self._shares.ravel()[front.crossed[chosen]]
-        inset = self._inset[square]
-        if part.grid.ny > 1:  # along the row the inset is longer where the edge slants
-            inset = inset * self._length[square] / np.maximum(self._run[1][square], TINY)
-        reach = np.where(np.isnan(share), 0.5, np.maximum(share - inset, -0.5))
-        inner, side = inner[chosen], np.sign((links.outer - links.inner)[chosen])
-        places = inner + part.top + side * reach
-        # a link counts as the mean of the squares on either side of it
-        ends = [
-            places[(inner == outermost) & (side == towards)].mean()
-            for outermost, towards in ((inner.min(), -1), (inner.max(), 1))
-        ]
-        return float(ends[0]), float(ends[1])
 
     def extents(self) -> list[Extent]:
         """Return the extent of each zone."""

@@ -94,20 +94,14 @@ class Model:
         return self.terms.normal_tangential_coupling and abs(self.compliances.dundurs_constant) > UNCOUPLED_BELOW
 
 
-def case_compliances(case: Case) -> Compliances:
-    """Return the compliances of the bodies of a case and of the layer between them."""
-    found = compliances(*case.bodies)
-    if case.interface is None:
-        return found
-    return replace(found, layer_shear=case.interface.tangential, layer_normal=case.interface.normal)
-
-
 def derive_model(case: Case, largest_friction: float | None = None) -> Model:
     """Return the model that bodies, friction, loads and ``coupling`` of `case` require.
 
     largest_friction: the largest coefficient, where friction varies.
     """
-    material = case_compliances(case)
+    material = compliances(*case.bodies)
+    if case.interface is not None:
+        material = replace(material, layer_shear=case.interface.tangential, layer_normal=case.interface.normal)
     friction, asked = largest_friction, case.coupling
     if friction is None:
         assert isinstance(case.friction.coefficient, float)
