@@ -40,8 +40,9 @@ JUDGED = 0.01
 
 PER_DECADE = 30
 
-BLOCKS, BELOW_A_CELL = 2.0, 1.0 / (math.sqrt(2.0) - 1.0)
-"""Error over the difference to blocks of two cells, and by how much more it is where cracks are shorter than a cell."""
+BLOCKS, SHORT = 1.25, 8.0
+"""Error over the difference to blocks of two cells, measured on lines and spheres. In cracks shorter than a cell it is
+larger by the root of the cell over the length, up to the root of SHORT: they see the stress at the edge, a root."""
 
 Bar = Callable[[int], AbstractContextManager[Callable[[], object]]]
 """Shows a bar of a number of things within a block, which gets the function that advances it by one."""
@@ -173,7 +174,7 @@ def _analysed(
     K: DoubleArray,
 ) -> Crack:
     """Return the crack with the stress intensities K (2, 1 + averages, steps, lengths)."""
-    factor = BLOCKS * np.where(lengths < cell, BELOW_A_CELL, 1.0)
+    factor = BLOCKS * np.sqrt(np.clip(cell / lengths, 1.0, SHORT))
     error = factor * np.abs(K[:, 1:] - K[:, :1]).max(axis=(0, 1, 2)) + WEIGHT_ERROR * np.abs(K[:, 0]).max(axis=(0, 1))
     exponent = 1.0 if material.paris is None else material.paris.walker_exponent
     of_cycles = np.stack([stress_range(K[0][:, list(one.states)], exponent) for one in cycles], axis=1)
