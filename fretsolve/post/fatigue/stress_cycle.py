@@ -175,7 +175,7 @@ def not_closed(share: float, *, whole_path: bool = False) -> str | None:
     if whole_path:
         what, advice = "whole load path", "a service that repeats it needs a path that ends as it begins, or a `cycle`"
     return (
-        f"the {what} is not closed: its last state differs from its first by {100.0 * share:.2g} % of the range"
+        f"the {what} is not closed: its last state differs from its first by {100.0 * share:.3g} % of the range"
         f" (more than {100.0 * CLOSED_WITHIN:g} %); {advice}"
     )
 

@@ -71,9 +71,13 @@ def test_all_is_printed_and_stored(folder, crack):
     ratios = body.lengths[1:] / body.lengths[:-1]
     np.testing.assert_allclose(ratios, 10.0 ** (1.0 / 30.0))
     half_width = body.values["half_width"]
-    assert body.lengths[0] == pytest.approx(0.01 * half_width)
+    assert body.lengths[0] == pytest.approx(0.001 * half_width)
     assert body.lengths[-1] > 5.0 * half_width
-    assert body.columns["K_I"].shape == (len(body.steps), len(body.lengths)) == body.columns["K_II_error"].shape
+    assert body.columns["K_I"].shape == (len(body.steps), len(body.lengths)) == body.columns["K_II"].shape
+    assert (body.columns["K_error"] > 0.0).all()
+    table = [line for line in out.splitlines() if line.startswith("   ")]
+    assert len(table) == 8
+    assert max(map(len, table)) <= 120
     assert (
         body.columns["K_I"].max(axis=0) - np.maximum(body.columns["K_I"].min(axis=0), 0.0) <= body.columns["range"]
     ).all()
@@ -81,6 +85,17 @@ def test_all_is_printed_and_stored(folder, crack):
     total = body.columns["initiation_life"] + body.columns["propagation_life"]
     np.testing.assert_array_equal(body.columns["total_life"], total)
     assert np.isinf(body.columns["propagation_life"][body.lengths < arrest]).all()
+
+
+def test_lives_beyond_the_end_are_unknown(folder, crack):
+    done, body = crack("--material", folder / "m.yaml", "--final-length", "0.5 mm")
+    beyond = body.lengths >= 0.5
+    assert beyond.any()
+    for name in ("propagation_life", "total_life"):
+        np.testing.assert_array_equal(np.isnan(body.columns[name]), beyond)
+    assert not np.isnan(body.columns["initiation_life"]).any()
+    assert "warning" not in done.stderr
+    assert "not closed" not in done.stderr
 
 
 def test_axes_and_units(folder, crack, tmp_path):
@@ -119,6 +134,8 @@ def test_what_is_missing_is_left_out(folder, crack):
 def test_cycles_and_blocks(folder, crack, tmp_path):
     (tmp_path / "b.csv").write_text("cycle,times\n1,1000\n2,10\n")
     words = ("--material", folder / "m.yaml", "--final-length", "0.05 mm")
+    (tmp_path / "once.csv").write_text("cycle,times\n1,1\n2,10\n")
+    assert "cycle 1, 1 time: range" in crack(*words, "--blocks", tmp_path / "once.csv")[0].stdout
     done, body = crack(*words, "--blocks", tmp_path / "b.csv", "--at", "max")
     assert "largest swt parameter on the surface" in done.stdout
     assert "cycle 1, 1000 times: range" in done.stdout
@@ -185,6 +202,9 @@ def test_the_whole_path_is_a_cycle_without_one(tmp_path):
     (tmp_path / "w.yaml").write_text(path)
     done = invoke("crack", result_of(tmp_path / "w.yaml"))
     assert "the load path has no `cycle`: the whole path counts as one" in done.stderr
+    assert "the whole load path is not closed: its last state differs from its first by 100 % of the" in done.stderr
+    assert "a service that repeats it needs a path that ends as it begins, or a `cycle`" in done.stderr
+    assert "more cycles" not in done.stderr
     (tmp_path / "s.yaml").write_text(path.replace(", increments: 2", ", increments: 1"))
     message = refused(2, "crack", result_of(tmp_path / "s.yaml"))
     assert "the whole load path has 2 stored states; 3 or more are needed" in message
@@ -220,6 +240,10 @@ def refused_reading(path, out):
         (
             "output.crack.at=max",
             "output.crack.at: max is where a fatigue parameter is largest, which needs strain_life",
+        ),
+        (
+            "output.crack={thickness: 5 mm, final_length: 6 mm}",
+            "output.crack.final_length: 6 mm is more than the thickness 5 mm of the body; a shorter length is needed",
         ),
         ("output.crack.cycle=3", "output.crack.cycle: there is no cycle 3; there are 1 to 2"),
         ("output.crack.blocks={1: 5, 4: 2}", "output.crack.blocks: there is no cycle 4; there are 1 to 2"),

@@ -80,6 +80,25 @@ def test_the_least_total_life_and_where_both_parts_are_equal():
     assert growth.arrest is None
 
 
+def test_a_crack_begins_near_and_stops_from_a_length_on():
+    """Initiation that falls with the depth does not move a crack away from the contact."""
+    material = Material(paris=LAW, toughness=100.0, threshold_range=2.0, fatigue_range=1e6)
+    rule = GrowthRule(material, (1.0,), final_length=0.5, judged_from=0.0099, begins_below=0.05)
+    ranges = np.where(LENGTHS < 0.0099, 1.0, 10.0)[None]
+    growth = rule.growth(LENGTHS, ranges, ranges[0], 1e9 / LENGTHS)
+    assert growth.arrest == math.inf  # a range below the threshold in shorter cracks does not count
+    assert growth.first == LENGTHS[LENGTHS <= 0.05][-1]
+    assert growth.life == pytest.approx(1e9 / growth.first + 1e4 * (0.5 - growth.first), rel=1e-5)
+    assert np.isinf(growth.propagation[LENGTHS < 0.0099]).all()
+
+
+def test_a_contact_that_breaks_at_once():
+    material = Material(paris=LAW, toughness=5.0)
+    growth = GrowthRule(material, (1.0,)).growth(LENGTHS, np.full((1, 91), 10.0), np.full(91, 10.0), 1e5 * LENGTHS)
+    assert growth.life == 1e5 * LENGTHS[0]
+    assert np.isnan(growth.total).all()
+
+
 def test_thresholds_need_both_constants():
     assert threshold_of(Material(threshold_range=2.0)) is None
     assert threshold_of(Material(fatigue_range=200.0)) is None
