@@ -122,7 +122,7 @@ class Crack:
 
 def crack_of(tractions: TractionHistory, request: CrackRequest, bar: Bar = lambda total: nullcontext(int)) -> Crack:
     """Return the crack that is asked for; bar: shows how many lengths are done. Raises CaseError."""
-    result = tractions.result
+    result, _ = tractions.result, request.last_length  # refuses a final length above the thickness
     body = _body(tractions, request)
     with placed(lambda message: request.problem(request.cycles_key, message)):
         absolute = chosen(cycles_of(result), request.cycles)

@@ -12,10 +12,11 @@ import numpy as np
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LifeCriterion
 from fretsolve.errors import CaseError
-from fretsolve.post.crack.stress_line import StressLine
+from fretsolve.post.crack.stress_line import StressLine, require_memory
 from fretsolve.post.fatigue.criteria import fatigue_field
 from fretsolve.post.stress.cycles import LoadCycle
-from fretsolve.post.stress.request import cell_centres, layers, memory_problem, stress_request
+from fretsolve.post.stress.influence import COMPONENTS
+from fretsolve.post.stress.request import cell_centres, layers, stress_request
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.problem.model.grid import Grid
 from fretsolve.system.arrays import DoubleArray
@@ -135,8 +136,8 @@ def at_largest(
     cycles: their states are places in the steps of `line`.
     """
     request = stress_request(tractions, line.steps, (line.body,), (0.0,))
-    if (problem := memory_problem(request, 1)) is not None:
-        raise CaseError(problem)
+    held = 2.0 * 8.0 * len(COMPONENTS) * math.prod(request.shape) * len(line.steps)
+    require_memory(held + request.memory(1), f"the stresses on the surface in {len(line.steps)} increments")
     stress = np.array([layer.stress.reshape(6, -1) for layer in layers(tractions, request)])
     values = [fatigue_field(criterion, material, stress[list(one.states)]).value for one in cycles]
     value = np.max(values, axis=0)

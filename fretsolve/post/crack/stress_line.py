@@ -158,7 +158,8 @@ def stress_line(tractions: TractionHistory, steps: Sequence[int], body: Body) ->
     grid, line = tractions.grid, tractions.plane_strain
     around = [(1, 1), (0, 0) if line else (1, 1)]
     shape = window[0].stop - window[0].start + 2, 1 if line else window[1].stop - window[1].start + 2
-    _require_memory(len(steps), shape, len(kept))
+    needed = 8.0 * shape[0] * shape[1] * ((len(kept) + 1) * len(steps) + ARRAYS)
+    require_memory(needed, f"the tractions of {len(steps)} increments")
     loads = {name: np.zeros((len(steps), shape[0] * shape[1])) for name in kept}
     for index, step in enumerate(steps):
         for name, field in tractions.read(step, window, kept).items():
@@ -190,14 +191,12 @@ def stress_line(tractions: TractionHistory, steps: Sequence[int], body: Body) ->
     )
 
 
-def _require_memory(steps: int, shape: tuple[int, int], tractions: int) -> None:
-    """Raise CaseError if the tractions of all increments, and what cells contribute, do not fit into memory."""
-    cells = shape[0] * shape[1]
-    needed = 8.0 * cells * ((tractions + 1) * steps + ARRAYS)
+def require_memory(needed: float, what: str) -> None:
+    """Raise CaseError if this machine has less memory than `needed` (bytes); what: takes it, in words."""
     if needed > (there := machine_memory()):
         raise CaseError(
-            f"the tractions of {steps} increments take {needed / 1e9:.3g} GB of memory, this machine has"
-            f" {there / 1e9:.3g} GB; --cycle with a shorter cycle, or output.every in the case, is needed"
+            f"{what} take {needed / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB; fewer cycles,"
+            " or a larger output.every in the case, is needed"
         )
 
 

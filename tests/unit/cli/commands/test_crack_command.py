@@ -98,6 +98,35 @@ def test_lives_beyond_the_end_are_unknown(folder, crack):
     assert "not closed" not in done.stderr
 
 
+def test_the_least_life_may_begin_at_the_shortest_crack(folder, crack, tmp_path):
+    text = MATERIAL.replace("coefficient: 1e-11", "coefficient: 1e-3").replace(
+        "threshold_range: 2.1", "threshold_range: 0.1"
+    )
+    (tmp_path / "fast.yaml").write_text(text)
+    done, body = crack("--material", tmp_path / "fast.yaml", "--final-length", "0.5 mm")
+    assert body.values["initiation_length"] == body.lengths[0]
+    assert "  that is the shortest crack looked at: the life may be less\n" in done.stdout
+    assert "may be less" not in crack("--material", folder / "m.yaml")[0].stdout
+
+
+def test_too_little_memory(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("fretsolve.post.crack.stress_line.machine_memory", lambda: 1e4)
+    message = refused(2, "crack", folder / "c.h5", "-o", tmp_path / "y.h5")
+    assert "the tractions of 7 increments take " in message
+    assert "GB of memory, this machine has 1e-05 GB; fewer cycles, or a larger output.every in the case" in message
+
+
+def test_the_row_of_a_crack_below_a_sphere(folder, tmp_path):
+    surface = CASE.replace("plane: strain\n", "").replace("cylinder", "sphere").replace("points: 144", "points: 16")
+    (tmp_path / "s.yaml").write_text(surface.replace("N/mm", "N"))
+    out, middle = result_of(tmp_path / "s.yaml"), "the stress is that of the row through the middle of the contact"
+    assert middle in invoke("crack", out, "--overwrite").stdout
+    done = invoke("crack", out, "--overwrite", "--material", folder / "m.yaml", "--at", "max")
+    assert done.exit_code == 0, done.output
+    assert middle not in done.stdout
+    assert "the stress is that of the row through the place: K is an estimate" in done.stdout
+
+
 def test_axes_and_units(folder, crack, tmp_path):
     crack("--material", folder / "m.yaml")
     with h5py.File(tmp_path / "x.h5") as file:
@@ -132,13 +161,12 @@ def test_what_is_missing_is_left_out(folder, crack):
 
 
 def test_cycles_and_blocks(folder, crack, tmp_path):
-    (tmp_path / "b.csv").write_text("cycle,times\n1,1000\n2,10\n")
+    (tmp_path / "b.csv").write_text("cycle,times\n1,1000\n2,1\n")
     words = ("--material", folder / "m.yaml", "--final-length", "0.05 mm")
-    (tmp_path / "once.csv").write_text("cycle,times\n1,1\n2,10\n")
-    assert "cycle 1, 1 time: range" in crack(*words, "--blocks", tmp_path / "once.csv")[0].stdout
     done, body = crack(*words, "--blocks", tmp_path / "b.csv", "--at", "max")
     assert "largest swt parameter on the surface" in done.stdout
     assert "cycle 1, 1000 times: range" in done.stdout
+    assert "cycle 2, 1 time: range" in done.stdout
     assert body.cycles.tolist() == [1, 2]
     assert body.columns["cycle_range"].shape == (2, len(body.lengths))
     np.testing.assert_array_equal(body.columns["range"], body.columns["cycle_range"].max(axis=0))
