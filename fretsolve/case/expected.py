@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_DIMENSIONS
 from fretsolve.case.history import OF_RIG
-from fretsolve.case.keys.output_spec import LIFE_CURVES, OutputSpec
+from fretsolve.case.keys.output_spec import LIFE_CURVES, CrackSpec, OutputSpec
 from fretsolve.case.keys.quantity_names import LIFE_NAMES, OF_WHOLE_RUN, OUTPUT_NAMES, WORST_NAMES
 from fretsolve.case.keys.settings_spec import Expectation
 from fretsolve.case.keys.unrolled_path import Stage
@@ -63,6 +63,9 @@ def _lacking(name: str, output: OutputSpec) -> str | None:
         return None
     if getattr(output, kind) is None:
         return f"needs output.{kind}; add {ADDED[kind]}"
+    if kind == "crack" and output.crack is not None:
+        needs = list(_needs_of_crack(name, output.crack))
+        return f"needs {', and '.join(needs)}" if needs else None
     criterion = WORST_NAMES.get(name) or LIFE_NAMES.get(name)
     if criterion is None or output.fatigue is None:
         return None
@@ -72,3 +75,19 @@ def _lacking(name: str, output: OutputSpec) -> str | None:
     if curve is not None and getattr(output.fatigue.material, curve) is None:
         return f"needs {curve} in output.fatigue.material"
     return None
+
+
+def _needs_of_crack(name: str, crack: CrackSpec) -> Iterator[str]:
+    """Yield what a quantity of a crack needs beside what `output.crack` gives."""
+    material = crack.material
+    wanted: list[tuple[str, ...]]
+    if name == "crack_arrest_length":
+        wanted = [("threshold_range",), ("fatigue_range",)]
+    else:
+        curves = LIFE_CURVES.values() if crack.criterion is None else [LIFE_CURVES[crack.criterion]]
+        wanted = [("paris",), tuple(curves)]
+        if (material.toughness, crack.final_length, crack.thickness) == (None, None, None):
+            yield "an end of life, toughness in output.crack.material or output.crack.final_length"
+    missing = [" or ".join(keys) for keys in wanted if all(getattr(material, key) is None for key in keys)]
+    if missing:
+        yield f"{' and '.join(missing)} in output.crack.material"

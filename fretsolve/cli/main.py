@@ -401,7 +401,7 @@ def stress(threads: int, **options: Any) -> int:
     FILE gets the components xx, yy, zz, xy, xz, yz of each body over increment, depth, x and y, with the bulk stress of
     the body. The largest von Mises stress, tension and shear (Tresca) are printed with their places and errors.
     """
-    from fretsolve.cli.commands.computed_files import StressOptions, stress_of_result
+    from fretsolve.cli.commands.stress import StressOptions, stress_of_result
 
     return stress_of_result(StressOptions(threads=available(threads), **options))
 
@@ -443,7 +443,7 @@ def fatigue(threads: int, **options: Any) -> int:
     the depths of `fretsolve stress`; a file of stresses knows its cycles, but neither error bars nor the slip that
     Ruiz's parameters need. Of several cycles the largest parameter counts at each point, and damage adds up.
     """
-    from fretsolve.cli.commands.computed_files import FatigueOptions, fatigue_of_result
+    from fretsolve.cli.commands.fatigue import FatigueOptions, fatigue_of_result
 
     return fatigue_of_result(FatigueOptions(threads=available(threads), **options))
 

@@ -267,7 +267,7 @@ def _read_attributes(out: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         attributes, content = read_sealed(file)
         for kind, of in _COMPUTED.items():
             if str(attributes.get("format", "")).startswith(f"fretsolve {kind} "):
-                raise FileError(f"a file of {of} computed from", out)
+                raise FileError(f"a file of {of} computed from, {attributes.get('result', '')}", out)
         _require_known_format(out, attributes["format_version"], attributes["fretsolve_version"])
         return attributes, content
 

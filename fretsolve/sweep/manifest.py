@@ -226,10 +226,11 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     if manifest.is_finished(row):
         try:
             attributes = manifest.own_attributes(row)
+            if attributes["status"] == "complete":
+                _require_side_outputs(manifest.result(row), row.beside)
+                return CaseState(row, "complete", 0)
         except FileError as error:
             return CaseState(row, "error", error.exit_code, str(error))
-        if attributes["status"] == "complete":
-            return CaseState(row, "complete", 0)
         return CaseState(row, "no solution", 3, str(attributes.get("failure", "")))
     folder = parts_folder(manifest.result(row))
     if is_locked(folder):
@@ -243,6 +244,16 @@ def state_of(manifest: Manifest, row: ManifestRow) -> CaseState:
     except OSError:
         return CaseState(row, "waiting")
     return CaseState(row, "stopped", increments=increments)
+
+
+def _require_side_outputs(out: Path, beside: Sequence[SideOutput]) -> None:
+    """Raise FileError if the header of a file beside a result cannot be read."""
+    if beside:
+        from fretsolve.post.stress.computed_file import opened_beside  # few sweeps have such files
+
+        for kind in beside:
+            with opened_beside(out.with_suffix(f".{kind}.h5"), kind, None):
+                pass
 
 
 def counted(found: Sequence[CaseState]) -> str:

@@ -12,7 +12,13 @@ import pytest
 from command_line import finish, invoke, refused, result_of
 from small_cases import write_case
 
+from fretsolve import open_result
 from fretsolve.cli.commands import run
+from fretsolve.errors import FileError
+from fretsolve.post.crack.crack_file import read_crack
+from fretsolve.post.fatigue.fatigue_file import read_worst
+from fretsolve.post.stress.computed_file import is_made_from
+from fretsolve.post.stress.stress_file import read_peaks
 from fretsolve.result.header import HEADER
 
 CASE = """\
@@ -100,6 +106,45 @@ def test_files_without_a_header_are_to_be_made_again(folder: Path, ending: str) 
     line = refused(4, "export", folder / f"c.{ending}", "--to", "vtk", "-o", folder / "s.pvd")
     assert "makes it again" in line
     assert invoke("run", folder / "c.yaml", "-q", "--overwrite").exit_code == 0
+
+
+def test_damage_is_not_taken_for_a_file_of_another_result(made: Path, tmp_path: Path) -> None:
+    """Each kind of file is cut off; a file that was changed in its header is damaged, too."""
+    shutil.copy(made / "c.h5", tmp_path)
+    assert invoke("crack", tmp_path / "c.h5", "-q").exit_code == 0
+    readers = {"stress": read_peaks, "fatigue": read_worst, "crack": read_crack}
+    with open_result(tmp_path / "c.h5") as result:
+        for kind, read in readers.items():
+            path = tmp_path / f"c.{kind}.h5"
+            if kind != "crack":
+                shutil.copy(made / path.name, path)
+            assert is_made_from(result, path)
+            path.write_bytes(path.read_bytes()[:-100])
+            assert not is_made_from(result, path)
+            for of in (result, None):
+                with pytest.raises(FileError, match="the file is truncated: it was not copied or written to its end"):
+                    read(path, of)
+            path.unlink()
+            assert not is_made_from(result, path)
+    (tmp_path / "c.crack.h5").write_text("mine")
+    assert "not an HDF5 file" in refused(4, "plot", tmp_path / "c.h5", "crack", "-o", tmp_path / "x.png")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["stress", "fatigue"])
+def test_a_sweep_names_damaged_files_beside_results(made: Path, tmp_path: Path, kind: str) -> None:
+    (tmp_path / "s.yaml").write_text("case: c.yaml\naxes: [friction: [0.3, 0.5]]\nquantities: [max_mises, swt_max]\n")
+    (tmp_path / "c.yaml").write_text((made / "c.yaml").read_text().replace("points: 16", "points: 8"))
+    assert invoke("sweep", "run", tmp_path / "s.yaml", "-q").exit_code == 0
+    path = sorted((tmp_path / "s.sweep" / "results").glob(f"*.{kind}.h5"))[0]
+    path.write_bytes(path.read_bytes()[:-100])
+    again = invoke("sweep", "run", tmp_path / "s.yaml")
+    assert again.exit_code == 4
+    assert f"{path}: the file is truncated" in again.stderr and "; remove it to run the case again" in again.stderr
+    assert "1 complete, 1 error" in again.stdout
+    assert "1 complete, 1 error" in invoke("sweep", "collect", tmp_path / "s.sweep").stdout
+    path.unlink()
+    assert invoke("sweep", "run", tmp_path / "s.yaml", "-q").exit_code == 0
 
 
 def test_a_file_of_another_result_is_neither_read_nor_replaced(folder: Path) -> None:

@@ -59,5 +59,8 @@ LINE_EXPECTED_DIMENSIONS = {**LINE_DIMENSIONS, **LINE_CYCLE_DIMENSIONS, **BESIDE
 OF_WHOLE_RUN = (*WORST_NAMES, *LIFE_NAMES, *CRACK_NAMES)
 """Quantities with one value of the whole run, which the cycles that the case chooses give."""
 
+MAYBE_ENDLESS = (*LIFE_NAMES, *CRACK_NAMES)
+"""Quantities that may be infinite: nothing breaks, or a crack goes through."""
+
 OUTPUT_NAMES = {"stress": PEAK_NAMES, "fatigue": (*WORST_NAMES, *LIFE_NAMES), "crack": CRACK_NAMES}
 """Quantities of files beside a result, by the key of `output` that asks for the file."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -12,6 +13,7 @@ from pydantic import (
     StrictBool,
     ValidationInfo,
     WithJsonSchema,
+    field_serializer,
     field_validator,
     model_validator,
 )
@@ -20,7 +22,7 @@ from fretsolve.case.base import CaseModel, Count, Named, refused_at, require_eit
 from fretsolve.case.cycle_quantities import ACTUATOR
 from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
-from fretsolve.case.keys.quantity_names import EXPECTED_DIMENSIONS, dataset_name
+from fretsolve.case.keys.quantity_names import EXPECTED_DIMENSIONS, MAYBE_ENDLESS, dataset_name
 from fretsolve.case.other_names import close_name
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
 
@@ -139,12 +141,19 @@ class Expectation(CaseModel):
         dimension = cls.dimensions.get(info.data.get("quantity", ""))
         if dimension is None:
             return 0.0  # the quantity itself is refused
+        if info.field_name == "value" and info.data["quantity"] in MAYBE_ENDLESS and value in (math.inf, ".inf"):
+            return math.inf
         least = 0.0 if info.field_name == "abs" else None
         return InUnits(dimension, least=least).read(value)
 
     @model_validator(mode="after")
     def _one_tolerance(self) -> Self:
         require_either(self, "rel", "abs")
-        if self.rel is not None and self.value == 0:
-            raise refused("rel says nothing about a value of 0; abs is needed")
+        if self.rel is not None and self.value in (0.0, math.inf):
+            raise refused(f"rel says nothing about a value of {self.value:g}; abs is needed")
         return self
+
+    @field_serializer("value", when_used="json")
+    def _as_json(self, value: float) -> float | str:
+        """JSON has no number for an infinite value."""
+        return ".inf" if math.isinf(value) else value

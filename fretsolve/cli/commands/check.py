@@ -59,9 +59,16 @@ class Comparison:
         return self.expected.abs or 0.0
 
     @property
+    def deviation(self) -> float:
+        """The value found less the expected one, 0 if both are infinite; NaN without a value."""
+        if self.found is None:
+            return math.nan
+        return 0.0 if self.found == self.expected.value else self.found - self.expected.value
+
+    @property
     def ok(self) -> bool:
         """True if the value was found within the tolerance."""
-        return self.found is not None and abs(self.found - self.expected.value) <= self.allowed
+        return abs(self.deviation) <= self.allowed
 
     @property
     def place(self) -> str:
@@ -84,7 +91,7 @@ class Comparison:
         factor, of = (scale, unit) if self.expected.rel is None else (100.0 / abs(value), "%")
         found, deviation = "not reached", "-"
         if self.found is not None:
-            found, deviation = f"{scale * self.found:.7g} {unit}", f"{factor * (self.found - value):+.3g} {of}"
+            found, deviation = f"{scale * self.found:.7g} {unit}", f"{factor * self.deviation:+.3g} {of}"
         allowed = f"{factor * self.allowed:.3g} {of}"
         row = (f"{scale * value:.7g} {unit}", found, deviation, allowed, "yes" if self.ok else "NO")
         return self.place, self.expected.quantity, *map(str.rstrip, row)

@@ -49,7 +49,6 @@ def _searched(stresses: Path, choice: CycleChoice, limits: Mapping[int, float]) 
         cycles = chosen(whole, choice)
         for number, body in bodies_of(file).items():
             of_body = StressCycles(stresses, body, cycles)
-            for cycle in cycles if number in limits else ():
-                for depth in range(len(of_body.depths)):
-                    search.add(number, of_body, cycle, depth, of_body.stress(cycle, depth))
+            for depth in range(len(of_body.depths)) if number in limits else ():
+                search.add(number, of_body, depth, [of_body.stress(cycle, depth) for cycle in cycles])
     return search

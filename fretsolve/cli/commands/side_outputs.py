@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from fretsolve.case.models import Case
-from fretsolve.cli.commands.computed_files import FileOrder, write_fatigue_with_messages, write_with_messages
+from fretsolve.cli.commands.computed_files import FileOrder
 from fretsolve.cli.commands.crack import write_crack_with_messages
+from fretsolve.cli.commands.fatigue import write_fatigue_with_messages
+from fretsolve.cli.commands.stress import write_stress_with_messages
 from fretsolve.errors import FileError
 from fretsolve.post.crack.request import case_request as crack_request
 from fretsolve.post.crack.request import require_crack
@@ -93,7 +95,7 @@ def write_side_outputs(
         tractions = TractionHistory(result)
         if stress is not None and not (missing and is_made_from(result, stress_path(out))):
             request = stress_request(tractions, stress)
-            write_with_messages(tractions, request, order("stress", stress_path(out), result))
+            write_stress_with_messages(tractions, request, order("stress", stress_path(out), result))
         if fatigue is not None and not (missing and is_made_from(result, fatigue_path(out))):
             asked = fatigue_request(case)
             write_fatigue_with_messages(tractions, asked, order("fatigue", fatigue_path(out), result))

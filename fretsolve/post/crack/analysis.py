@@ -153,6 +153,11 @@ def _within(cycles: Sequence[LoadCycle], steps: Sequence[int]) -> list[LoadCycle
     return [one for cycle in cycles for one in within([cycle], steps)]
 
 
+def _states(values: DoubleArray, cycle: LoadCycle, axis: int = 0) -> DoubleArray:
+    """Return values in the states of a cycle, which lie along `axis`; 0 first if the cycle begins unloaded."""
+    return cycle.with_rest(np.take(values, cycle.states, axis), axis)
+
+
 def _body(tractions: TractionHistory, request: CrackRequest) -> Body:
     elastic = tractions.poisson_ratios
     if request.body is None:
@@ -177,7 +182,7 @@ def _analysed(
     factor = BLOCKS * np.sqrt(np.clip(cell / lengths, 1.0, SHORT))
     error = factor * np.abs(K[:, 1:] - K[:, :1]).max(axis=(0, 1, 2)) + WEIGHT_ERROR * np.abs(K[:, 0]).max(axis=(0, 1))
     exponent = 1.0 if material.paris is None else material.paris.walker_exponent
-    of_cycles = np.stack([stress_range(K[0][:, list(one.states)], exponent) for one in cycles], axis=1)
+    of_cycles = np.stack([stress_range(_states(K[0], one, 1), exponent) for one in cycles], axis=1)
     ranges, most = of_cycles[0], np.maximum(K[0, 0], 0.0).max(axis=0)
     errors = np.maximum(factor * np.abs(of_cycles[1:] - ranges).max(axis=0), error)
     initiation, missing_curve = _initiation(line, place, lengths, factor, cycles, material, request.life_criterion)
@@ -220,7 +225,7 @@ def _analysed(
         material=material,
         criterion=request.life_criterion,
         missing_curve=missing_curve,
-        opening=max(_opening(K[:, 0, list(one.states)]) for one in cycles),
+        opening=max(_opening(_states(K[:, 0], one, 1)) for one in cycles),
     )
 
 
@@ -288,7 +293,7 @@ def _initiation(
         stress = line.stress((place.x, place.y), lengths).transpose(1, 2, 0, 3)
         values = np.array(
             [
-                [fatigue_field(criterion, material, variant[list(one.states)], refine_all=True).value for one in cycles]
+                [fatigue_field(criterion, material, _states(variant, one), refine_all=True).value for one in cycles]
                 for variant in stress
             ]
         )

@@ -8,10 +8,8 @@ times the largest difference near the worst place.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from fretsolve.case.keys.material_spec import Material
@@ -19,6 +17,7 @@ from fretsolve.case.keys.quantity_names import SLIP_CRITERIA
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field
 from fretsolve.post.fatigue.request import Average, ComputedTractions, depth_weights
 from fretsolve.post.fatigue.ruiz import ruiz_field, sliding_in
+from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.edge import in_blocks, merged
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.peaks import ERROR_FACTOR, LINE_ERROR_FACTOR, DoubledCells
@@ -26,14 +25,14 @@ from fretsolve.system.arrays import DoubleArray
 
 
 class BlockFields:
-    """The parameters of a body in blocks of cells; cycles are given by their increments."""
+    """The parameters of a body in blocks of cells; the states of cycles are increments."""
 
     def __init__(self, tractions: ComputedTractions, average: Average | None, body: Body, material: Material):
         self._tractions, self._average, self._body, self._material = tractions, average, body, material
         self._sides = 2, 1 if tractions.history.plane_strain else 2
         self._target = merged(tractions.stresses.target, self._sides)
         self._cells = DoubledCells(tractions.history, tractions.stresses)
-        self._known: tuple[tuple[int, ...], int, DoubleArray] | None = None
+        self._known: tuple[LoadCycle, int, DoubleArray] | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -41,9 +40,9 @@ class BlockFields:
         first, second = self._target
         return first.stop - first.start, second.stop - second.start
 
-    def bar(self, name: str, steps: tuple[int, ...], depth: int, values: DoubleArray) -> float:
+    def bar(self, name: str, cycle: LoadCycle, depth: int, values: DoubleArray) -> float:
         """Return the error of the largest of `values` (nx, ny) at the place `depth` of the layers (MPa)."""
-        coarse = self._field(name, steps, depth).value.reshape(self.shape)
+        coarse = self._field(name, cycle, depth).value.reshape(self.shape)
         change = abs(float(coarse.max()) - float(values.max()))
         if self._average is not None or self._tractions.stresses.depths[depth] > 0.0:
             return change
@@ -60,17 +59,17 @@ class BlockFields:
         factor = LINE_ERROR_FACTOR if self._tractions.history.plane_strain else ERROR_FACTOR
         return factor * max(change, float(near[block]))
 
-    def _field(self, name: str, steps: tuple[int, ...], depth: int) -> FatigueField:
-        stress = self._stress(steps, depth)
+    def _field(self, name: str, cycle: LoadCycle, depth: int) -> FatigueField:
+        stress = self._stress(cycle, depth)
         if name in SLIP_CRITERIA:
-            return ruiz_field(name, stress, sliding_in(self._tractions.history, steps, self._target, self._sides))
+            return ruiz_field(name, stress, sliding_in(self._tractions.history, cycle, self._target, self._sides))
         return fatigue_field(name, self._material, stress)
 
-    def _stress(self, steps: tuple[int, ...], depth: int) -> DoubleArray:
+    def _stress(self, cycle: LoadCycle, depth: int) -> DoubleArray:
         """Return the stresses (steps, 6, blocks); those of the last call are kept, since criteria share places."""
-        if self._known is None or self._known[:2] != (steps, depth):
-            layer = np.stack([self._of_increment(step, depth) for step in steps])
-            self._known = steps, depth, layer.reshape(len(steps), 6, -1)
+        if self._known is None or self._known[:2] != (cycle, depth):
+            layer = np.stack([self._of_increment(step, depth) for step in cycle.states])
+            self._known = cycle, depth, cycle.with_rest(layer.reshape(len(layer), 6, -1))
         return self._known[2]
 
     def _of_increment(self, step: int, depth: int) -> DoubleArray:
@@ -81,8 +80,3 @@ class BlockFields:
         grid = self._tractions.history.grid
         block = self._sides[0] * grid.dx, self._sides[1] * grid.dy
         return self._average.of(whole, depth_weights(np.array(depths), *self._average.depth_range), block)
-
-
-def increments_of(steps: NDArray[np.int64], places: Sequence[int]) -> tuple[int, ...]:
-    """Return the increments at places among `steps`."""
-    return tuple(steps[list(places)].tolist())

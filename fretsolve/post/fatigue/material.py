@@ -14,6 +14,9 @@ from fretsolve.case.source import CaseSource, parse
 from fretsolve.errors import CaseError, KeyPath
 from fretsolve.post.fatigue.criteria import require_constants
 
+ALIKE = 1.1
+"""Ratio of two Young's moduli of one material, of other tests or tempers, at most."""
+
 ON_COMMAND_LINE = Path("--material")
 
 
@@ -39,6 +42,16 @@ class MaterialSource:
         lacking = {name: float(body[name]) for name in names if getattr(self.material, name) is None and name in body}
         return replace(self, material=self.material.model_copy(update=lacking))
 
+    def mismatch(self, body: dict[str, Any]) -> str | None:
+        """Return a warning if Young's modulus is far from the modulus of a body, None if it is not."""
+        own, other = self.material.young_modulus, body.get("young_modulus")
+        if own is None or other is None or max(own / other, other / own) < ALIKE:
+            return None
+        return (
+            f"young_modulus of the material is {own:g} MPa, of the body {other:g} MPa: lives follow from the first; is"
+            " it the material of this body?"
+        )
+
     def require(self, criteria: tuple[str, ...]) -> None:
         """Raise CaseError, with its place, for a constant that a criterion lacks or cannot use."""
         try:
@@ -60,6 +73,9 @@ def read_material(text: str) -> MaterialSource:
 def _from_keys(text: str) -> CaseText:
     pairs = [pair.partition("=") for pair in text.split(",")]
     wrong = next((key for key, equals, value in pairs if not (key.strip() and equals and value.strip())), None)
+    if "{" in text or any("." in key for key, _, _ in pairs):
+        message = f"{text!r} has constants within constants, as paris has; a YAML file is needed"
+        raise CaseError(message, (), ON_COMMAND_LINE)
     if wrong is not None:
         raise CaseError(f"{text!r} is not a list KEY=VALUE,KEY=VALUE of constants", (), ON_COMMAND_LINE)
     with placed(lambda message: CaseError(message, (), ON_COMMAND_LINE)):

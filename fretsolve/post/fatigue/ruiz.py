@@ -7,7 +7,6 @@ have neither a limit nor a life.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +15,7 @@ from fretsolve.case.dimensions import RUIZ
 from fretsolve.errors import CaseError
 from fretsolve.post.fatigue.criteria import FatigueField
 from fretsolve.post.fatigue.planes import smallest_ball
+from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.layers import Window
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.system.arrays import DoubleArray
@@ -70,8 +70,12 @@ def require_slip(tractions: TractionHistory) -> None:
         raise CaseError(message, (), result.path)
 
 
-def sliding_in(tractions: TractionHistory, steps: Sequence[int], window: Window, sides: tuple[int, int]) -> Sliding:
-    """Return the sliding in the means over blocks of `sides` cells; window: of blocks. Outside of the grid it is 0."""
+def sliding_in(tractions: TractionHistory, cycle: LoadCycle, window: Window, sides: tuple[int, int]) -> Sliding:
+    """Return the sliding of a cycle of increments in the means over blocks of `sides` cells; window: of blocks.
+
+    Outside of the grid it is 0.
+    """
+    steps = cycle.states
     shape = tuple((one.stop - one.start) * side for one, side in zip(window, sides, strict=True))
     first = tuple(one.start * side for one, side in zip(window, sides, strict=True))
     fields = np.zeros((len(steps), 4, *shape))
@@ -88,5 +92,5 @@ def sliding_in(tractions: TractionHistory, steps: Sequence[int], window: Window,
                 if name in tractions.result.fields:
                     fields[index, part][placed] = tractions.result.field(name, step)[inside]
     blocks = fields.reshape(len(steps), 4, shape[0] // sides[0], sides[0], shape[1] // sides[1], sides[1])
-    means = blocks.mean(axis=(3, 5)).reshape(len(steps), 4, -1)
+    means = cycle.with_rest(blocks.mean(axis=(3, 5)).reshape(len(steps), 4, -1))
     return Sliding.of(np.ascontiguousarray(means[:, :2]), means[:, 2:])

@@ -3,13 +3,14 @@
 It shakes down if residual stresses in equilibrium keep the stress at each place and time within yield. A residual
 stress shifts the path of the deviator as a whole. So no place may have a path that is wider than the yield surface:
 the radius of the smallest ball around the path, as vectors of length sqrt(J2), is at most k, the yield stress over
-sqrt(3). This is necessary. It is not sufficient, since the shifts of all places together must be in equilibrium.
+sqrt(3). One residual stress has to serve all cycles that occur, so that their paths count as one. This is necessary.
+It is not sufficient, since the shifts of all places together must be in equilibrium.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,6 @@ import numpy as np
 from fretsolve.post.fatigue.criteria import deviator_vectors
 from fretsolve.post.fatigue.planes import smallest_ball
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycles, elastic_body
-from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.yielding import at_place
 from fretsolve.system.arrays import DoubleArray
 
@@ -27,7 +27,8 @@ class WidestPath:
     """The widest path of the deviator in a body.
 
     radius: of its ball, as sqrt(J2) in MPa, with its error, infinite at a sharp edge; limit: the yield stress (MPa);
-    place: x, y (None in a line contact), depth (mm); averaged: stresses are averages over a length.
+    place: x, y (None in a line contact), depth (mm); averaged: stresses are averages over a length; cycles: whose path
+    it is.
     """
 
     body: int
@@ -36,6 +37,7 @@ class WidestPath:
     limit: float
     place: tuple[float, float | None, float]
     averaged: bool
+    cycles: int = 1
 
     @property
     def ratio(self) -> float:
@@ -44,67 +46,74 @@ class WidestPath:
 
     @property
     def certain(self) -> bool:
-        """True if the radius is above k by more than its error, or stress has no bound."""
-        return self.ratio > 1.0 if math.isinf(self.error) else math.sqrt(3.0) * (self.radius - self.error) > self.limit
+        """True if the radius is above k by more than its error."""
+        return math.sqrt(3.0) * (self.radius - self.error) > self.limit
 
     @property
     def possible(self) -> bool:
         """True if the radius is below k by more than its error."""
-        return math.sqrt(3.0) * (self.radius + (0.0 if math.isinf(self.error) else self.error)) <= self.limit
+        return math.sqrt(3.0) * (self.radius + self.error) <= self.limit
 
     def __str__(self) -> str:
-        verdict = "is not ruled out" if self.possible else "is impossible" if self.certain else "may be impossible"
-        error = "" if math.isinf(self.error) else f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}"
+        if math.isinf(self.error):
+            why = "since stress has no bound at a sharp edge or tip"
+            verdict = f"whether elastic shakedown is possible cannot be said, {why}"
+            error, on_cells = "", " on these cells"
+        else:
+            one = "is not ruled out" if self.possible else "is impossible" if self.certain else "may be impossible"
+            verdict = f"elastic shakedown {one}"
+            error, on_cells = f" ± {math.sqrt(3.0) * self.error / self.limit:.1g}", ""
         x, y, depth = self.place
         mean = ", of averaged stresses" if self.averaged else ""
+        of = f" over {self.cycles} cycles together" if self.cycles > 1 else ""
         more = "; necessary, not sufficient, as residual stresses must be in equilibrium" if self.possible else ""
         return (
-            f"body {self.body}: elastic shakedown {verdict}: the widest path of the deviator{at_place(x, y)}, depth"
-            f" {depth:.4g} mm{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa"
+            f"body {self.body}: {verdict}: the widest path of the deviator{of}{at_place(x, y)}, depth {depth:.4g} mm"
+            f"{mean}, needs {self.ratio:.3g}{error} times k = {self.limit / math.sqrt(3.0):.4g} MPa{on_cells}"
             f" (Melan; yield stress {self.limit:g} MPa){more}"
         )
 
 
 class ShakedownSearch:
-    """Keeps the widest path of each body with a yield stress, of all layers and cycles. limits: yield stresses."""
+    """Keeps the widest path of each body with a yield stress, of all layers. limits: yield stresses."""
 
     def __init__(self, limits: Mapping[int, float]):
-        self._limits = limits
+        self.limits = limits
         self._widest: dict[int, WidestPath] = {}
 
-    def add(self, body: int, stresses: StressCycles, cycle: LoadCycle, depth: int, stress: DoubleArray) -> None:
-        """Look at the stress (steps, 6, points) of a cycle in its layer number `depth`."""
-        if body not in self._limits:
-            return
+    def add(self, body: int, stresses: StressCycles, depth: int, paths: Sequence[DoubleArray]) -> None:
+        """Look at a layer, the number `depth`, of a body with a yield stress; paths: stress (steps, 6, points) of each
+        cycle."""
         before = self._widest.get(body)
-        found = widest_path(stress, 0.0 if before is None else before.radius)
+        found = widest_path(*paths, above=0.0 if before is None else before.radius)
         if found is not None:
             radius, point = found
             i, j = divmod(point, stresses.shape[1])
             y = float(stresses.body.y[j]) if stresses.shape[1] > 1 else None
             place = float(stresses.body.x[i]), y, float(stresses.depths[depth])
-            error = float(stresses.body.columns["max_mises_error"][list(cycle.states)].max()) / math.sqrt(3.0)
-            limit, averaged = self._limits[body], stresses.average is not None
-            self._widest[body] = WidestPath(body, radius, error, limit, place, averaged)
+            error = float(stresses.body.columns["max_mises_error"][list(stresses.states)].max()) / math.sqrt(3.0)
+            limit, averaged = self.limits[body], stresses.average is not None
+            self._widest[body] = WidestPath(body, radius, error, limit, place, averaged, len(paths))
 
     def __iter__(self) -> Iterator[WidestPath]:
         return iter(self._widest.values())
 
 
-def widest_path(stress: DoubleArray, above: float = 0.0) -> tuple[float, int] | None:
-    """Return the radius of the largest ball (sqrt(J2), MPa) around the path of a point that exceeds `above`, and where.
+def widest_path(*paths: DoubleArray, above: float = 0.0) -> tuple[float, int] | None:
+    """Return the radius (sqrt(J2), MPa) of the largest ball around the paths of a point, if above `above`, and where.
 
-    stress: (steps, 6, points). None if no ball exceeds. A box around a path in the six components is no narrower than
-    the path, and leaves out most points.
+    paths: (steps, 6, points) of each cycle, in one ball. None if no ball exceeds. A box around paths in the six
+    components is no narrower than the paths, and leaves out most points.
     """
-    half = 0.5 * (stress.max(axis=0) - stress.min(axis=0))
+    high, low = np.max([one.max(axis=0) for one in paths], axis=0), np.min([one.min(axis=0) for one in paths], axis=0)
+    half = 0.5 * (high - low)
     bounds = np.sqrt(np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0]) @ np.square(half))
     found = None
     for points in (np.array([bounds.argmax()]), None):
         chosen = np.flatnonzero(bounds > above) if points is None else points
         if not len(chosen) or bounds[chosen].max() <= above:
             break
-        radii, _ = smallest_ball(deviator_vectors(stress[:, :, chosen]))
+        radii, _ = smallest_ball(deviator_vectors(np.concatenate([one[:, :, chosen] for one in paths])))
         best = int(radii.argmax())
         if radii[best] > above:
             above = float(radii[best])
@@ -112,7 +121,7 @@ def widest_path(stress: DoubleArray, above: float = 0.0) -> tuple[float, int] | 
     return found
 
 
-def yield_stresses(cycles: FatigueCycles) -> dict[int, float]:
+def shakedown_limits(cycles: FatigueCycles) -> dict[int, float]:
     """Return the yield stress (MPa) of each body, else of its material, where one is known."""
     given = {
         number: elastic_body(cycles.attributes, number).get("yield_stress", cycles.materials[number].yield_stress)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -67,15 +67,19 @@ class StressCycles:
         """The places of the states of all cycles."""
         return states_of(self.cycles, range(len(self.body.steps)))
 
+    def increments(self, cycle: LoadCycle) -> LoadCycle:
+        """Return a cycle with increments of the result as its states."""
+        return replace(cycle, states=tuple(self.body.steps[list(cycle.states)].tolist()))
+
     def stress(self, cycle: LoadCycle, depth: int) -> DoubleArray:
-        """Return the stresses (steps, 6, points) of a cycle at a place of `depths`."""
+        """Return the stresses (steps, 6, points) of a cycle at a place of `depths`, unloaded first if it begins so."""
         if self.average is None:
             layer = [self.body.layer(COMPONENTS, index, depth) for index in cycle.states]
-            return np.array(layer, np.float64).reshape(len(layer), 6, -1)
+            return cycle.with_rest(np.array(layer, np.float64).reshape(len(layer), 6, -1))
         weights = depth_weights(self.body.depths, *self.average.depth_range)
         whole = (self.body.stress(index).astype(np.float64) for index in cycle.states)
         means = [self.average.of(stress, weights, self.cell) for stress in whole]
-        return np.stack(means).reshape(len(means), 6, -1)
+        return cycle.with_rest(np.stack(means).reshape(len(means), 6, -1))
 
 
 @dataclass(frozen=True, eq=False)

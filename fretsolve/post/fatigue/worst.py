@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fretsolve.case.keys.quantity_names import SLIP_CRITERIA
-from fretsolve.post.fatigue.blocks import BlockFields, increments_of
+from fretsolve.post.fatigue.blocks import BlockFields
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field, lives_of
 from fretsolve.post.fatigue.over_cycles import OverCycles, miner_life
 from fretsolve.post.fatigue.ruiz import Sliding, ruiz_field, sliding_in
@@ -81,7 +81,7 @@ class WorstSearch:
     """
 
     def __init__(self, cycles: FatigueCycles, body: int, shakedown: ShakedownSearch | None = None):
-        self._shakedown = shakedown
+        self._shakedown = shakedown if shakedown is not None and body in shakedown.limits else None
         self._cycles, self._body = cycles, BODIES[body - 1]
         self._of: StressCycles = cycles.of_body[body]
         self._material = cycles.materials[body]
@@ -95,15 +95,18 @@ class WorstSearch:
         """Return the fields of all criteria over all cycles at a place of the depths; show: called after each cycle."""
         names = self._cycles.request.criteria
         over = {name: OverCycles() for name in names}
+        paths: list[DoubleArray] = []
         for index, cycle in enumerate(self._of.cycles):
             stress = self._of.stress(cycle, depth)
             self.widest = max(self.widest, opening_of(stress))
             if self._shakedown is not None:
-                self._shakedown.add(self._body, self._of, cycle, depth, stress)
+                paths.append(stress)
             sliding = self._sliding(cycle, depth)
             for name in names:
                 over[name].add(self._field(name, index, stress, sliding, depth))
             show()
+        if self._shakedown is not None:
+            self._shakedown.add(self._body, self._of, depth, paths)
         fields = [over[name].field(self._of.cycles) for name in names]
         return [self._with_shortest_life(one, over[one.criterion], depth) for one in fields]
 
@@ -159,8 +162,7 @@ class WorstSearch:
         tractions = self._cycles.tractions
         if tractions is None or not self._cycles.request.slip_criteria or self._of.depths[depth] > 0.0:
             return None
-        steps = increments_of(self._of.body.steps, cycle.states)
-        return sliding_in(tractions.history, steps, tractions.stresses.target, (1, 1))
+        return sliding_in(tractions.history, self._of.increments(cycle), tractions.stresses.target, (1, 1))
 
     def _with_shortest_life(self, field: FatigueField, over: OverCycles, depth: int) -> FatigueField:
         """Note the shortest life of a layer, and return the field with it."""
@@ -205,7 +207,7 @@ class WorstSearch:
     def _bar(self, blocks: BlockFields, name: str) -> float:
         """Return the error bar of the largest value."""
         index, depth, values = self._layer[name]
-        steps = increments_of(self._of.body.steps, self._of.cycles[index].states)
+        cycle = self._of.increments(self._of.cycles[index])
         depths = self._of.depths.tolist()
         between = 0.0 if name in SLIP_CRITERIA else between_depths(depths, np.array(self._highest[name, index]), depth)
-        return blocks.bar(name, steps, depth, values) + between
+        return blocks.bar(name, cycle, depth, values) + between

@@ -181,5 +181,4 @@ def short_number(value: float, scale: float) -> str:
 def label_depth(axes: Axes, body: int, deepest: float) -> None:
     """Make y the depth, from the surface to `deepest` (mm): downwards in body 2, and upwards in body 1 above it."""
     axes.set_ylim((0.0, deepest) if body == 1 else (deepest, 0.0))
-    between = "\n" if panel_height(axes) < 1.1 else " "  # inches: on a low panel the label takes two lines
-    axes.set_ylabel(f"depth in{between}body {body} (mm)")
+    axes.set_ylabel("depth (mm)" if panel_height(axes) < 1.1 else f"depth in body {body} (mm)")  # inches

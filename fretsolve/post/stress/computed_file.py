@@ -81,6 +81,7 @@ def opened_beside(path: Path, kind: Kind, result: Result | None) -> Iterator[Com
         require_made_from(result, path)
     with reported("cannot be read", path), opened_computed(path) as found:
         if found is None:
+            require_readable(path)
             raise not_of_kind(kind, path)
         yield found
 
@@ -94,10 +95,18 @@ def is_made_from(result: Result, path: Path) -> bool:
 
 
 def require_made_from(result: Result, path: Path) -> None:
-    """Raise FileError unless the file at `path` was computed from a result of the same case."""
+    """Raise FileError unless the file at `path` was computed from a result of the same case, or if it is damaged."""
     with opened_computed(path) as found:
+        if found is None:
+            require_readable(path)
         if found is None or found.attributes.get("effective_case") != result.attributes["effective_case"]:
             raise FileError(f"was not computed from {result.path.name}: make it again", path)
+
+
+def require_readable(path: Path) -> None:
+    """Raise FileError if a file is missing, or is so damaged that HDF5 cannot tell what is in it."""
+    with reported("cannot be read", path), damage_reported(path), open_hdf5(path) as file:
+        list(file)
 
 
 def create_values(

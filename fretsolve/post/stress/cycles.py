@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
 from numpy.typing import NDArray
 
 from fretsolve.case.source import read_text
@@ -21,6 +22,7 @@ from fretsolve.errors import CaseError
 from fretsolve.result import Result
 from fretsolve.result.cycles.loops import cycles_in
 from fretsolve.result.state import stage_ends
+from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.case.keys.unrolled_path import Stage
@@ -35,17 +37,24 @@ class LoadCycle:
 
     number: from 1, 0 for a whole path without cycles; states: of the history, the state with which the cycle begins and
     the states of its increments; ends: states in which loads may turn; times: how often the cycle occurs in a block.
+    from_rest: whether it begins unloaded, which no state of the history is; ended: False if the history ends before it.
     """
 
     number: int
     states: tuple[int, ...]
     ends: tuple[int, ...]
     times: float = 1.0
+    from_rest: bool = False
+    ended: bool = True
 
     @property
     def title(self) -> str:
         """The cycle in words."""
         return f"cycle {self.number}" if self.number else "the whole load path"
+
+    def with_rest(self, values: DoubleArray, axis: int = 0) -> DoubleArray:
+        """Return values over the states along `axis`, with 0 before the first one if the cycle begins unloaded."""
+        return np.insert(values, 0, 0.0, axis) if self.from_rest else values
 
 
 def load_cycles(stages: Sequence[Stage], column: NDArray[Any], *, ended: bool = True) -> list[LoadCycle]:
@@ -53,21 +62,23 @@ def load_cycles(stages: Sequence[Stage], column: NDArray[Any], *, ended: bool = 
 
     stages: of the load path; column: the stage of each state of the history; ended: whether its last stage has ended.
 
-    A cycle begins with the state before it, or with its own end where wear has changed the surfaces before it: cells
-    that have come into contact by this carry no shear before they have slipped once, but do whenever the cycle begins
-    again.
+    A cycle begins with the state before it, at the start of the path unloaded. It begins with its own end where wear
+    has changed the surfaces before it: cells that have come into contact by this carry no shear before they have
+    slipped once, but do whenever the cycle begins again.
     """
     if all(stage.cycle is None for stage in stages):
-        return [LoadCycle(0, tuple(range(len(column))), tuple(stage_ends(column).tolist()))]
-    ends = stage_ends(column)
+        states = tuple(range(len(column)))
+        return [LoadCycle(0, states, tuple(stage_ends(column).tolist()), from_rest=True, ended=ended)]
+    stage_end = stage_ends(column)
     found = []
     for one in cycles_in(stages, column, ended=ended):
         inside = range(one.first + 1, one.last + 1)
         before = int(column[inside[0]]) - 2  # the stage before the cycle, in `stages`
         begin = one.last if before >= 0 and stages[before].wears is not None else one.first
-        turns = tuple(int(end) for end in ends if end in inside)
+        turns = tuple(int(end) for end in stage_end if end in inside)
         states = (*([begin] if begin >= 0 else []), *inside)
-        found.append(LoadCycle(one.number, states, (*([one.first] if 0 <= begin < one.last else []), *turns)))
+        ends = (*([one.first] if 0 <= begin < one.last else []), *turns)
+        found.append(LoadCycle(one.number, states, ends, from_rest=begin < 0))
     return found
 
 
@@ -105,6 +116,8 @@ def whole_path_note(cycles: Sequence[LoadCycle]) -> str | None:
     """Return the line that the whole path counts as one cycle, None if it has cycles."""
     if cycles[0].number:
         return None
+    if not cycles[0].ended:
+        return "the load path has no `cycle`: what the result holds of it counts as one, and ends before the path does"
     return "the load path has no `cycle`: the whole path counts as one"
 
 
@@ -117,37 +130,46 @@ def require_states(cycle: LoadCycle, stored: Sequence[int]) -> None:
     count = sum(state in there for state in cycle.states)
     if count < 3:
         which = "the cycle" if cycle.number else cycle.title
-        raise CaseError(
-            f"{which} has {count} stored state{'' if count == 1 else 's'}; 3 or more are needed (output.every)"
-        )
+        noun = "state" if count == 1 else "states"
+        raise CaseError(f"{which} has {count} stored {noun}; 3 or more are needed (output.every)")
     missing = [str(state) for state in cycle.ends if state not in there]
     if missing:
         noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"
-        raise CaseError(f"output.every leaves out {noun}, where a stage of the cycle begins or ends; 1 is needed")
+        where = "a stage of the cycle begins or ends" if cycle.number else "a stage ends"
+        raise CaseError(f"output.every leaves out {noun}, where {where}; 1 is needed")
 
 
-def within(cycles: Sequence[LoadCycle], steps: Sequence[int]) -> list[LoadCycle]:
+def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[int] | None = None) -> list[LoadCycle]:
     """Return the cycles that chosen `steps` of a history hold, with their states as places among these.
 
-    Of a whole path without cycles the chosen steps count as one cycle.
+    stored: of which the steps are chosen, by default the steps themselves.
+
+    Of a whole path without cycles the chosen steps count as one cycle. It begins unloaded if they begin with the first
+    stored step, or are the ends of all stages; else they are a part of the path that begins loaded.
     """
     place = {step: index for index, step in enumerate(steps)}
     found = []
     for one in cycles:
         if one.number == 0 or all(end in place for end in one.ends):
             states, ends = (tuple(place[state] for state in of if state in place) for of in (one.states, one.ends))
-            found.append(LoadCycle(one.number, states, ends, one.times))
+            first = next((state for state in one.states if state in (steps if stored is None else stored)), None)
+            whole = one.number > 0 or first in place or place.keys() == set(one.ends)
+            from_rest = one.from_rest and whole
+            found.append(replace(one, states=states, ends=ends, from_rest=from_rest))
     return found
 
 
 def cycles_as_text(cycles: Sequence[LoadCycle]) -> str:
     """Return cycles as an attribute of a file, which `cycles_from_text` reads."""
-    return json.dumps([[one.number, one.states, one.ends] for one in cycles])
+    return json.dumps([[one.number, one.states, one.ends, one.from_rest, one.ended] for one in cycles])
 
 
 def cycles_from_text(text: str) -> list[LoadCycle]:
     """Return the cycles in an attribute of a file."""
-    return [LoadCycle(number, tuple(states), tuple(ends)) for number, states, ends in json.loads(text)]
+    return [
+        LoadCycle(number, tuple(states), tuple(ends), from_rest=from_rest, ended=ended)
+        for number, states, ends, from_rest, ended in json.loads(text)
+    ]
 
 
 def read_blocks(path: Path) -> dict[int, float]:

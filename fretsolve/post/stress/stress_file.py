@@ -65,7 +65,7 @@ def write_stress(
         result = tractions.result
         names = "title", "case_yaml", "effective_case"
         attributes = {"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name}
-        attributes["cycles"] = cycles_as_text(within(cycles_of(result), request.steps))
+        attributes["cycles"] = cycles_as_text(within(cycles_of(result), request.steps, result.steps))
         attributes |= {name: result.attributes[name] for name in names if name in result.attributes}
         datasets = {body: _create_body(file, tractions, request, body) for body in request.bodies}
         for layer in layers(tractions, request, threads):

@@ -89,11 +89,13 @@ def _of_pressure(result: Result, body: int, limit: float, foreseen: float) -> st
     bearable = onset.pressure * limit
     if largest <= max(bearable, MORE * foreseen):
         return ""
+    where, depth = "at", ""
+    if onset.depth > 0.0:
+        where, depth = "below", f", at a depth of {onset.depth:.3g} times half the width of the contact there"
     return (
-        f"below the surface, if pressure falls off about as Hertz's does: {largest:.4g} MPa"
+        f"{where} the surface, if pressure falls off about as Hertz's does: {largest:.4g} MPa"
         f"{_place(result, 'pressure', step)} in increment {step} is {_times(largest / bearable)} the {bearable:.4g} MPa"
-        f" ({onset.pressure:.4g} times the yield stress {limit:g} MPa) from where Hertz's pressure yields a body, at a"
-        f" depth of {onset.depth:.3g} times half the width of the contact there"
+        f" ({onset.pressure:.4g} times the yield stress {limit:g} MPa) from where Hertz's pressure yields a body{depth}"
     )
 
 

@@ -24,10 +24,11 @@ def about_yield(setup: ProblemSetup) -> Iterator[str]:
             continue
         onset, texts = yield_onset(body.poisson_ratio, ratio), []
         if pressure > onset.pressure * limit:
+            depth = in_small_unit(onset.depth * width, 3)
+            where = f"below the surface, at a depth of {depth}" if onset.depth > 0.0 else "at the surface"
             texts.append(
                 f"p0 = {pressure:.4g} MPa is above {about}{onset.pressure:.4g} times the yield stress,"
-                f" {onset.pressure * limit:.4g} MPa, from where body {number + 1} yields below the surface, at a depth"
-                f" of {in_small_unit(onset.depth * width, 3)}"
+                f" {onset.pressure * limit:.4g} MPa, from where body {number + 1} yields {where}"
             )
         if math.sqrt(3.0) * shear > limit:
             texts.append(

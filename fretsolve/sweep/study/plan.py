@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -281,7 +282,7 @@ def known_values(kind: ReferenceKind, setup: ProblemSetup) -> Mapping[StageQuant
                 setup.case.source.path,
             )
         return known
-    known = expected_values(setup)
+    known = {quantity: value for quantity, value in expected_values(setup).items() if math.isfinite(value)}
     if not known:
         raise setup.case.source.problem(
             "the case expects nothing that --truth expect could compare with; give a list such as"

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from fretsolve.errors import PictureError
-from fretsolve.post.stress.computed_file import CONTENTS, ComputedFile, Kind, opened_computed
+from fretsolve.post.stress.computed_file import CONTENTS, ComputedFile, Kind, opened_computed, require_readable
 from fretsolve.post.stress.influence import Body
 from fretsolve.result import Result
 
@@ -19,6 +19,8 @@ OfBody = TypeVar("OfBody")
 def file_beside(result: Result, path: Path, kind: Kind) -> Iterator[ComputedFile]:
     """Open the file of a kind beside a result. Raises PictureError if it is not of the result, FileError if damaged."""
     with opened_computed(path) as computed:
+        if computed is None and path.exists():
+            require_readable(path)
         if computed is None or computed.kind != kind:
             content = CONTENTS[kind].removeprefix("a ")
             is_no, it = ("is no", "it") if content != CONTENTS[kind] else ("are no", "them")

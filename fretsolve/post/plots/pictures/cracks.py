@@ -64,7 +64,7 @@ def _described(number: int, crack: BodyCrack) -> str:
         parts.append(f"arrests at $b$ = {crack.values['arrest_length']:.3g}{bar} mm{doubt}")
     elif crack.verdict is not None:
         parts.append(crack.verdict)
-    if "final_length" in crack.values:
+    if "final_length" in crack.values and np.isfinite(crack.values.get("life", 0.0)):
         parts.append(f"life ends at $b_f$ = {crack.values['final_length']:.3g} mm")
     return ", ".join(parts)
 
@@ -123,7 +123,7 @@ def _draw_lives(axes: Axes, crack: BodyCrack) -> None:
         for length, run, leaves in _finite_runs(crack.lengths, life):
             axes.plot(length, run, **look)
             endless |= bool(leaves)
-            for place in leaves:
+            for place in (one for one in leaves if crack.lengths[0] < length[one] < _last(crack)):
                 axes.plot([length[place]] * 2, [run[place], axes.get_ylim()[1]], **look)
                 axes.plot(length[place], 0.95, transform=axes.get_xaxis_transform(), color=mark.color, **UPWARDS)
     handles = axes.get_legend_handles_labels()[0]
@@ -146,8 +146,8 @@ def _draw_places(axes: Axes, crack: BodyCrack, known: Mapping[str, DoubleArray])
     handles: list[Any] = []
     life, begins = crack.values.get("life", np.nan), crack.values.get("initiation_length", np.nan)
     if np.isfinite(life) and np.isfinite(begins):
-        error = crack.values.get("life_error", np.nan)
-        bar = error if np.isfinite(error) else None
+        ends = (crack.values.get(f"life_{end}", np.nan) for end in ("low", "high"))
+        bar = [[abs(np.clip(end, *axes.get_ylim()) - life)] if not np.isnan(end) else [0.0] for end in ends]
         text = f"shortest: {life:.3g} at {begins:.3g} mm"
         look: dict[str, Any] = {"color": "black", "marker": "o", "linestyle": "", "capsize": 2.0, "clip_on": False}
         handles.append(axes.errorbar([begins], [life], bar, label=text, **look))
@@ -161,6 +161,6 @@ def _draw_places(axes: Axes, crack: BodyCrack, known: Mapping[str, DoubleArray])
             marker="x",
             markersize=6.0,
             linestyle="",
-            label=f"cross at {crossing:.3g} mm",
+            label=f"equal parts at {crossing:.3g} mm",
         )
     return handles

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.transforms import Bbox
 from scipy.ndimage import label
 
+from fretsolve.case.keys.quantity_names import SLIP_CRITERIA, dataset_name
 from fretsolve.post.fatigue.fatigue_file import BodyFatigue
 from fretsolve.post.names import PARAMETERS
 from fretsolve.post.plots.labels import quantity_label
@@ -164,7 +165,8 @@ class Panel:
 def panels_of(result: Result, number: int, body: BodyFatigue, name: str, *, named: bool) -> Iterator[Panel]:
     """Yield the panels of a dataset: a section and a layer, or a section twice, or a curve where neither is there."""
     criterion = max((one for one in body.criteria if name.startswith(one)), key=len)
-    there = [("section", len(body.depths) > 1), ("layer", len(body.y) > 1)]
+    below = len(body.depths) > 1 and criterion not in map(dataset_name, SLIP_CRITERIA)
+    there = [("section", below), ("layer", len(body.y) > 1)]
     kinds = [kind for kind, is_there in there if is_there]
     contact = _largest_contact(result, body)
     for kind in kinds or ["curve"]:

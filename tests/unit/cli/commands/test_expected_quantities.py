@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import math
 from pathlib import Path
 
 import pytest
 from command_line import invoke, result_of
+from line_cases import LINE
 from small_cases import TWO_CYCLES, case_error, write_case
 
 from fretsolve import open_result
 from fretsolve.case.keys.quantity_names import EXPECTED_DIMENSIONS, LINE_EXPECTED_DIMENSIONS
 from fretsolve.case.keys.settings_spec import Expectation
+from fretsolve.case.loading import load_case, stored_case
 from fretsolve.post.names import stress_path
 from fretsolve.post.stress.stress_file import read_peaks
 from fretsolve.result.cycles.table import CORRECTED_CYCLE_NAMES, CYCLE_NAMES
@@ -89,6 +93,22 @@ REFUSED = [
         "fatigue: {material: {}, criteria: [swt]}",
         "expect.0.quantity: swt_life needs strain_life in output.fatigue.material",
     ),
+    (
+        "crack_arrest_length",
+        "crack: {material: {threshold_range: 2 MPa m^0.5}}",
+        "expect.0.quantity: crack_arrest_length needs fatigue_range in output.crack.material",
+    ),
+    (
+        "crack_life",
+        "crack: {}",
+        "crack_life needs an end of life, toughness in output.crack.material or output.crack.final_length, and paris"
+        " and strain_life or shear_strain_life in output.crack.material",
+    ),
+    (
+        "crack_life",
+        f"crack: {{material: {{strain_life: {CURVE}}}, criterion: fatemi-socie, thickness: 9 mm}}",
+        "crack_life needs paris and shear_strain_life in output.crack.material",
+    ),
     ("energy_ratio, cycle: 3", "", "expect.0.cycle: 3 is beyond the load path; a cycle from 1 to 2"),
     ("energy_ratio, stage: 2", "", "expect.0.stage: energy_ratio is a quantity of a cycle; cycle:"),
     ("delta_z, cycle: 2", "", "expect.0.cycle: delta_z is no quantity of a cycle; stage chooses"),
@@ -149,3 +169,34 @@ def test_expected_values_have_units(quantity: str, value: object, internal: floa
 def test_a_name_that_is_near_nothing_lists_what_can_be_expected() -> None:
     with pytest.raises(ValueError, match=r"or one of dissipated_energy, .*, max_mises, .*, swt_life, .* is needed"):
         Expectation.model_validate({"quantity": "zzz", "value": 1, "rel": 0.1})
+
+
+def test_what_never_breaks_can_be_expected(tmp_path: Path) -> None:
+    """A crack under a threshold of nothing goes through; that is stored as JSON that any program reads."""
+    crack = "crack: {material: {threshold_range: 1e-9 MPa m^0.5, fatigue_range: 1 MPa}}"
+    entry = "quantity: crack_arrest_length, value: .inf, abs: 1 mm"
+    life, output = "quantity: swt_life, value: .inf, abs: 0", f"{crack}, {FATIGUE}"
+    path = "load_path: [{P: 100 N/mm, increments: 2}, {bulk_2: {xx: 500 MPa}, increments: 1}]\n"
+    ramp = LINE.partition("load_path")[0] + path
+    file = write_case(tmp_path, expecting(entry, life, output=output, case=ramp))
+    arrest, swt = (line.split() for line in invoke("check", file).stdout.splitlines()[2:4])
+    assert arrest == ["run", "crack_arrest_length", "inf", "mm", "inf", "mm", "+0", "mm", "1", "mm", "yes"]
+    assert (swt[2], float(swt[3]) > 0.0, swt[-1]) == ("inf", True, "NO")
+    case = load_case(file)
+    stored = json.loads(json.dumps(case.effective(), allow_nan=False))
+    assert stored["expect"][0]["value"] == ".inf"
+    again = stored_case(stored)
+    assert again is not None
+    assert again.expect[0].value == math.inf
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ("quantity: swt_life, value: .inf, rel: 1 %", "expect.0: rel says nothing about a value of inf; abs is needed"),
+        ("quantity: swt_life, value: 9, abs: .inf", "expect.0.abs: inf is not finite; "),
+        ("quantity: max_mises, value: .inf, abs: 1 MPa", "expect.0.value: inf is not finite; "),
+    ],
+)
+def test_endless_values_that_say_nothing_are_refused(tmp_path: Path, entry: str, message: str) -> None:
+    assert message in str(case_error(write_case(tmp_path, expecting(entry, output=f"{STRESS}, {FATIGUE}"))))

@@ -4,9 +4,13 @@ import h5py
 import numpy as np
 import pytest
 from command_line import invoke, refused, result_of
-from small_cases import TWO_CYCLES, write_case
+from small_cases import SPHERE, TWO_CYCLES, write_case
 
+from fretsolve import open_result
 from fretsolve.post.fatigue.fatigue_file import read_worst
+from fretsolve.post.fatigue.ruiz import sliding_in
+from fretsolve.post.stress.cycles import cycles_of
+from fretsolve.post.stress.tractions import TractionHistory
 
 CASE = TWO_CYCLES.replace("points: 16", "points: 20")
 KEYS = "tension_limit=300 MPa,torsion_limit=190 MPa,tensile_strength=700 MPa,yield_stress=500 MPa"
@@ -213,3 +217,49 @@ def test_fields_that_are_not_stored_where_loads_turn_are_named(tmp_path):
     assert invoke("run", case, "-q").exit_code == 0
     message = refused(2, "fatigue", case.with_suffix(".h5"), "--material", KEYS, "--criterion", "findley")
     assert "output.every leaves out increments 12, 16, where a stage of the cycle begins or ends" in message
+
+
+@pytest.mark.parametrize("increments", [3, 8])
+def test_a_ramp_has_its_range_from_rest(tmp_path, increments):
+    """Far below the contact S = 300 MPa acts alone: SWT is S (S/2)/E, and Crossland's amplitude S/(2 sqrt(3))."""
+    path = f"load_path: [{{P: 1 N, bulk_2: {{xx: 300 MPa}}, increments: {increments}}}]\n"
+    out = result_of(write_case(tmp_path, SPHERE.replace("points: 16", "points: 8") + path, "ramp.yaml"), "-q")
+    assert invoke("stress", out, "--cycle", "last", "--depth", "1mm", "-q").exit_code == 0
+    names = ("--material", KEYS, "--criterion", "swt,crossland")
+    done = invoke("fatigue", out.with_suffix(".stress.h5"), *names)
+    worst = read_worst(out.with_suffix(".fatigue.h5"))
+    assert worst["swt_max"][0] == pytest.approx(300 * 150 / 200e3, rel=2e-3)
+    weight = 3 * 190 / 300 - 3**0.5
+    assert worst["crossland_max"][0] == pytest.approx(150 / 3**0.5 + weight * 100, rel=2e-3)
+    assert "its last state differs from its first by 100 % of the range" in done.stderr
+    if increments == 8:  # without its first increments the path begins loaded, by 3/8
+        assert invoke("stress", out, "--depth", "1mm", "--step", "2:7", "--overwrite", "-q").exit_code == 0
+        assert invoke("fatigue", out.with_suffix(".stress.h5"), *names, "--overwrite").exit_code == 0
+        swt, _ = read_worst(out.with_suffix(".fatigue.h5"))["swt_max"]
+        assert swt == pytest.approx(300 * 150 * 5 / 8 / 200e3, rel=2e-3)
+
+
+def test_sliding_of_a_ramp_is_from_rest(tmp_path):
+    """From rest to one state, the amplitude of slip is half of the slip there."""
+    path = "load_path: [{P: 100 N, Qx: 30 N, bulk_2: {xx: 50 MPa}, increments: 1}]\n"
+    with open_result(result_of(write_case(tmp_path, SPHERE.replace("0.1", "0.4") + path, "ramp.yaml"), "-q")) as result:
+        (cycle,) = cycles_of(result)
+        window = slice(0, len(result.x)), slice(0, len(result.y))
+        found = sliding_in(TractionHistory(result), cycle, window, (1, 1))
+        slip = np.hypot(*result.field("slip", 0)).ravel()
+    assert slip.max() > 1e-5
+    np.testing.assert_allclose(found.amplitude, 0.5 * slip, rtol=1e-9, atol=1e-15)
+    assert found.shear.shape == (2, len(slip))
+
+
+def test_a_result_that_ends_before_its_path_is_told(tmp_path):
+    path = "load_path: [{P: 100 N, increments: 2}, {Qx: 20 N, increments: 4}]\n"
+    out = write_case(tmp_path, SPHERE + path, "slide.yaml").with_suffix(".h5")
+    assert invoke("run", out.with_suffix(".yaml"), "-q").exit_code == 3
+    note = f"{out}: warning: the load path has no `cycle`: what the result holds of it counts as one, and ends before"
+    words = ("--material", KEYS, "--criterion", "crossland", "-q", "--overwrite")
+    assert invoke("fatigue", out, *words).stderr.startswith(note)
+    assert invoke("crack", out, "-q").stderr.startswith(note)
+    assert invoke("stress", out, "--cycle", "last", "--depth", "0", "-q").stderr.startswith(note)
+    told = invoke("fatigue", out.with_suffix(".stress.h5"), *words).stderr
+    assert told.startswith(note.replace("slide.h5", "slide.stress.h5"))

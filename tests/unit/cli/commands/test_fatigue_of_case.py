@@ -72,7 +72,7 @@ def test_mistakes_in_the_keys(case):
 
 
 def test_what_a_run_refuses_before_it_begins(case, tmp_path):
-    assert "the whole load path has 1 stored states" in refused(2, "run", case, "--set", "load_path=[{P: 1 N}]")
+    assert "the whole load path has 1 stored state;" in refused(2, "run", case, "--set", "load_path=[{P: 1 N}]")
     ruiz = ("--set", "output.fatigue.criteria=[ruiz_1]")
     surface = "output.fatigue.criteria: ruiz-1 is a parameter of the surface"
     assert f"{surface}; 0 mm is needed among" in refused(2, "run", case, *ruiz, "--set", "output.fatigue.depths=[5 um]")

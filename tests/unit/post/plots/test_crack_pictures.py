@@ -67,7 +67,7 @@ def test_lives_leave_the_picture_where_they_do_not_end(drawn):
         "total",
         "run-out",
         "shortest: 1.1e+06 at 1 mm",
-        "cross at 0.5 mm",
+        "equal parts at 0.5 mm",
     ]
     (cross,) = [line for line in axes.lines if line.get_marker() == "x"]
     # half-way in decades: initiation has 1e4 at 0.1 mm and 1e6 at 1 mm

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -67,9 +67,25 @@ def test_a_cycle_after_a_change_by_wear_begins_with_its_own_end(tmp_path: Path) 
 
 def test_a_path_without_cycles_counts_as_one(tmp_path: Path) -> None:
     cycles = cycles_in_path(tmp_path, "{P: 4 N}, {Qx: 1 N}")
-    assert cycles == [LoadCycle(0, (0, 1, 2, 3), (1, 3))]
+    assert cycles == [LoadCycle(0, (0, 1, 2, 3), (1, 3), from_rest=True)]
     assert whole_path_note(cycles) == "the load path has no `cycle`: the whole path counts as one"
     assert chosen(cycles, 1) == tuple(cycles)
+
+
+def test_a_path_that_has_not_ended_is_told(tmp_path: Path) -> None:
+    stages = load_case(write_case(tmp_path, f"{SPHERE}load_path: [{{P: 4 N}}, {{Qx: 1 N}}]\n")).stages()
+    cycles = load_cycles(stages, np.array([1, 1, 2]), ended=False)
+    note = "the load path has no `cycle`: what the result holds of it counts as one, and ends before the path does"
+    assert whole_path_note(cycles_from_text(cycles_as_text(cycles))) == note
+
+
+def test_a_cycle_at_the_start_of_the_path_begins_unloaded(tmp_path: Path) -> None:
+    cycles = cycles_in_path(tmp_path, "{cycle: {times: 2, stages: [{P: 4 N}, {P: 2 N}]}}")
+    assert cycles == [LoadCycle(1, (0, 1, 2, 3), (1, 3), from_rest=True), LoadCycle(2, (3, 4, 5, 6, 7), (3, 5, 7))]
+    values = np.array([[3.0, 4.0], [5.0, 6.0]])
+    assert cycles[0].with_rest(values).tolist() == [[0, 0], [3, 4], [5, 6]]
+    assert cycles[0].with_rest(values, axis=1).tolist() == [[0, 3, 4], [0, 5, 6]]
+    assert cycles[1].with_rest(values) is values
 
 
 THREE = [LoadCycle(n, tuple(range(4 * n - 4, 4 * n + 1)), (4 * n - 4, 4 * n)) for n in (1, 2, 3)]
@@ -93,16 +109,44 @@ def test_a_cycle_that_is_not_there_is_refused() -> None:
 
 def test_a_file_of_some_increments_holds_the_cycles_whose_ends_it_has() -> None:
     assert within(THREE, [4, 6, 8, 12]) == [LoadCycle(2, (0, 1, 2), (0, 2)), LoadCycle(3, (2, 3), (2, 3))]
-    whole = LoadCycle(0, (0, 1, 2, 3), (1, 3))
-    assert within([whole], [0, 2]) == [LoadCycle(0, (0, 1), ())]
-    assert cycles_from_text(cycles_as_text(THREE)) == THREE
+    whole = LoadCycle(0, (0, 1, 2, 3), (1, 3), from_rest=True, ended=False)
+    assert within([whole], [0, 2]) == [LoadCycle(0, (0, 1), (), from_rest=True, ended=False)]
+    assert cycles_from_text(cycles_as_text([*THREE, whole])) == [*THREE, whole]
     assert states_of(THREE[:2], [0, 3, 4, 5, 20]) == (0, 3, 4, 5)
+
+
+@pytest.mark.parametrize(
+    ("steps", "stored", "from_rest"),
+    [
+        ([0, 1, 2, 3, 4, 5], None, True),
+        ([0, 1, 2], range(6), True),
+        ([2, 3, 4, 5], range(6), False),
+        ([1, 3, 5], [1, 3, 5], True),  # output.every
+        ([2, 4, 5], range(6), True),  # the ends of all stages
+        ([4, 5], range(6), False),
+    ],
+)
+def test_a_part_of_a_path_begins_unloaded_if_it_begins_the_path(
+    steps: list[int], stored: Sequence[int] | None, from_rest: bool
+) -> None:
+    (found,) = within([LoadCycle(0, (0, 1, 2, 3, 4, 5), (2, 4, 5), from_rest=True)], steps, stored)
+    assert found.from_rest is from_rest
+    if {2, 4, 5} <= set(steps):  # a cycle of the path is whole with all of its ends
+        (cycle,) = within([LoadCycle(1, (0, 1, 2, 3, 4, 5), (2, 4, 5), from_rest=True)], steps, stored)
+        assert cycle.from_rest
+    (loaded,) = within([LoadCycle(0, (0, 1, 2, 3, 4, 5), (2, 4, 5))], steps, stored)
+    assert not loaded.from_rest
 
 
 def test_few_states_and_turns_without_fields_are_refused() -> None:
     require_states(THREE[0], [0, 2, 4])
     with pytest.raises(CaseError, match="the cycle has 2 stored states; 3 or more are needed"):
         require_states(THREE[0], [0, 4])
+    whole = LoadCycle(0, (0, 1, 2, 3), (1, 3), from_rest=True)
+    with pytest.raises(CaseError, match="the whole load path has 1 stored state; 3 or more are needed"):
+        require_states(whole, [3])
+    with pytest.raises(CaseError, match="leaves out increment 1, where a stage ends; 1 is needed"):
+        require_states(whole, [0, 2, 3])
     with pytest.raises(CaseError, match=r"leaves out increments 0, 4, where a stage of the cycle begins or ends"):
         require_states(THREE[0], [1, 2, 3])
 

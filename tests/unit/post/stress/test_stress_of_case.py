@@ -48,7 +48,7 @@ def test_a_disk_that_is_full_at_the_end_of_a_run(tmp_path: Path, monkeypatch: py
     }
     case.write_text(CYCLES_UNDER_BULK.replace("points: 24", "points: 12") + f"output: {{{kind}: {{{asked[kind]}}}}}\n")
     with monkeypatch.context() as full:
-        full.setattr("fretsolve.cli.commands.computed_files.free_bytes", lambda path: 1000)
+        full.setattr("fretsolve.cli.commands.stress.free_bytes", lambda path: 1000)
         done = invoke("run", case, "-q")
         message = done.stderr.splitlines()[-1]
         assert done.exit_code == 4

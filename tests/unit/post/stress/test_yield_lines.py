@@ -94,6 +94,21 @@ def test_what_was_told_before_the_run_is_not_told_again(tmp_path: Path) -> None:
     assert " is above 1.664 times the yield stress, 1464 MPa, from where body 1 yields below" in lines[0]
 
 
+def test_a_line_of_low_poisson_ratio_yields_at_the_surface(tmp_path: Path) -> None:
+    """At nu .1, the von Mises stress at the surface is (1 - 2 nu) p0 = .8 p0, more than below."""
+    body = "{young_modulus: 200 GPa, poisson_ratio: 0.1, yield_stress: 400 MPa}"
+    text = f"plane: strain\nbodies: [{body}, {body}]\nsurface: {{cylinder: {{radius: 10 mm}}}}\nfriction: 0\n"
+    text += "grid: {points: 48, size: 0.5 mm}\nload_path: [{P: 120 N/mm}]\n"
+    lines = warnings(tmp_path, text)
+    assert len(lines) == 2
+    assert " is above 1.25 times the yield stress, 500 MPa, from where body 1 yields at the surface; the" in lines[0]
+    assert "depth" not in lines[0]
+    shown = invoke("show", tmp_path / "case.h5").stdout.splitlines()
+    (line,) = (line for line in shown if line.startswith("body 1"))
+    assert line.startswith("body 1 yields at the surface, if pressure falls off about as Hertz's does: ")
+    assert line.endswith(" from where Hertz's pressure yields a body; the solution is elastic")
+
+
 def test_bulk_stress_alone_is_told(tmp_path: Path) -> None:
     path = "[{P: 10 N}, {bulk_2: {xx: 800 MPa, yy: -200 MPa}, increments: 1}]"
     (line,) = warnings(tmp_path, FLAT.replace("0.8", "0.01").partition("load_path")[0] + f"load_path: {path}\n")
