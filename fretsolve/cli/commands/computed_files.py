@@ -100,6 +100,15 @@ def chosen_cycles(cycle: str | None, blocks: Path | None) -> CycleChoice:
     return read_blocks(blocks)
 
 
+def positive_length_of(option: str, text: str | None) -> float | None:
+    """Return the value of an option that is a length above 0 (mm), None without one. Raises CaseError."""
+    if text is None:
+        return None
+    if not (length := length_of(option, text, needed := "a length > 0 mm is needed")) > 0.0:
+        raise CaseError(f"{text!r} is out of range; {needed}", (), option)
+    return length
+
+
 def length_of(option: str, text: str, needed: str, instead: str = "") -> float:
     """Return the value of an option in mm. Raises CaseError.
 

@@ -6,6 +6,7 @@ Functions here raise CaseError and FileError.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,21 +18,22 @@ from fretsolve.case.dimensions import LENGTH
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LifeCriterion
 from fretsolve.case.quantities import QuantityError, to_internal
-from fretsolve.case.source import Place as SourcePlace
-from fretsolve.cli.commands.computed_files import chosen_cycles
+from fretsolve.case.source import Place
+from fretsolve.cli.commands.computed_files import chosen_cycles, positive_length_of
 from fretsolve.errors import CaseError
-from fretsolve.post.crack.analysis import Crack, crack_of, notes_of, warnings_of
+from fretsolve.post.crack.analysis import Crack, crack_of
 from fretsolve.post.crack.crack_file import write_crack
 from fretsolve.post.crack.growth import Growth, intrinsic_length
+from fretsolve.post.crack.notes import missing_of, notes_of, warnings_of
 from fretsolve.post.crack.request import CrackRequest
 from fretsolve.post.fatigue.material import ON_COMMAND_LINE, KeysSource, MaterialSource, read_material
 from fretsolve.post.names import crack_path
-from fretsolve.post.stress.cycles import LoadCycle, whole_path_note
+from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.result import open_result
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.files import make_folder, require_ending, require_free, require_other, require_utf8, writing
-from fretsolve.system.progress import print_warnings
+from fretsolve.system.progress import counting_bar, print_warnings
 
 SHOWN = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Lengths over the half-width of the contact whose stress intensities are printed."""
@@ -61,14 +63,14 @@ class CrackOptions:
             _place(self.at),
             None if self.body is None else 1 if self.body == "1" else 2,
             self.criterion,
-            _length("--final-length", self.final_length),
-            _length("--thickness", self.thickness),
+            positive_length_of("--final-length", self.final_length),
+            positive_length_of("--thickness", self.thickness),
             chosen_cycles(self.cycle, self.blocks),
         )
 
 
 def _no_material() -> MaterialSource:
-    return MaterialSource(Material(), KeysSource(ON_COMMAND_LINE, "", SourcePlace(1)))
+    return MaterialSource(Material(), KeysSource(ON_COMMAND_LINE, "", Place(1)))
 
 
 def _place(text: str) -> Literal["edge", "max"] | float:
@@ -79,19 +81,6 @@ def _place(text: str) -> Literal["edge", "max"] | float:
         return float(to_internal(text, LENGTH))
     except QuantityError as error:
         raise CaseError(f"{error}; edge, max, or x of the crack such as -0.1mm is needed", (), "--at") from None
-
-
-def _length(option: str, text: str | None) -> float | None:
-    """Return an option that is a length above 0 (mm). Raises CaseError."""
-    if text is None:
-        return None
-    try:
-        length = float(to_internal(text, LENGTH))
-    except QuantityError as error:
-        raise CaseError(str(error), (), option) from None
-    if not length > 0.0:
-        raise CaseError(f"{text!r} is out of range; a length > 0 mm is needed", (), option)
-    return length
 
 
 def crack_of_result(options: CrackOptions) -> int:
@@ -114,16 +103,17 @@ def write_crack_with_messages(
     """Write the crack that a request asks for, and print what is known of it. Raises CaseError, FileError."""
     result = tractions.result
     require_utf8(result.path.name, result.path)
-    crack = crack_of(tractions, request)
+    shown = not quiet and sys.stdout.isatty()
+    crack = crack_of(tractions, request, lambda total: counting_bar("lengths", total, shown=shown))
     with writing(target):
         write_crack(crack, result, target, exclusive=exclusive)
-    print_warnings(result.path, *filter(None, [whole_path_note(crack.cycles)]), *warnings_of(crack, request))
+    print_warnings(result.path, *warnings_of(crack, request))
     if quiet:
         return
     for line in crack_lines(crack):
         print(line)
     worn = "wear" in result.effective_case
-    for note in notes_of(crack, line=tractions.plane_strain, worn=worn):
+    for note in notes_of(crack, request, line=tractions.plane_strain, worn=worn):
         print(f"  {note}")
     print(target, flush=True)
 
@@ -139,7 +129,7 @@ def crack_lines(crack: Crack) -> Iterator[str]:
     if len(crack.cycles) > 1:
         for cycle, ranges, growth in zip(crack.cycles, crack.cycle_ranges, crack.of_cycles, strict=True):
             yield _cycle_line(crack, cycle, ranges, growth)
-    for line in crack.missing:
+    for line in missing_of(crack):
         yield f"  {line}"
 
 
@@ -168,22 +158,14 @@ def _table(crack: Crack) -> Iterator[str]:
     a, lengths = crack.half_width, crack.lengths
     wanted = [share * a for share in SHOWN] + [lengths[-1]]
     places = sorted({int(np.abs(np.log(lengths / length)).argmin()) for length in wanted})
-    heading = f"  {'b, mm':>9} {'b/a':>7}  {'K_I, MPa m^0.5':<29} {'K_II, MPa m^0.5':<29} {'range':<18}"
+    heading = f"  {'b, mm':>9} {'b/a':>7}  {'K_I, MPa m^0.5':<24} {'K_II, MPa m^0.5':<24} {'both':<9} {'range':<18}"
     yield heading + (" threshold" if crack.threshold is not None else "")
     for place in places:
-        modes = " ".join(
-            f"{_extremes(values[:, place], errors[:, place]):<29}"
-            for values, errors in zip(crack.K, crack.K_error, strict=True)
-        )
+        modes = " ".join(f"{values.min():.4g} to {values.max():.4g}".ljust(24) for values in crack.K[:, :, place])
         ranges = f"{crack.range[place]:.4g} ± {crack.range_error[place]:.2g}"
-        line = f"  {lengths[place]:9.4g} {lengths[place] / a:7.3g}  {modes} {ranges:<18}"
+        bar = f"± {crack.K_error[place]:.2g}"
+        line = f"  {lengths[place]:9.4g} {lengths[place] / a:7.3g}  {modes} {bar:<9} {ranges:<18}"
         yield line.rstrip() if crack.threshold is None else f"{line} {crack.threshold[place]:.4g}"
-
-
-def _extremes(values: DoubleArray, errors: DoubleArray) -> str:
-    """Return the least and the largest of values over the increments, with the larger error bar of both."""
-    least, most = int(values.argmin()), int(values.argmax())
-    return f"{values[least]:.4g} to {values[most]:.4g} ± {max(errors[least], errors[most]):.2g}"
 
 
 def _verdict_lines(crack: Crack) -> Iterator[str]:
@@ -191,7 +173,7 @@ def _verdict_lines(crack: Crack) -> Iterator[str]:
     if arrest is None:
         return
     if arrest == 0.0:
-        line = f"no crack: at b = {crack.lengths[0]:.3g} mm the range is below the threshold"
+        line = f"no crack: at b = {crack.lengths[crack.judged]:.3g} mm the range is below the threshold"
     elif math.isinf(arrest):
         line = f"goes through: the range stays above the threshold up to b = {crack.lengths[-1]:.4g} mm"
     else:
@@ -208,14 +190,14 @@ def _in_words(arrest: float | None) -> str:
 
 
 def _life_lines(crack: Crack) -> Iterator[str]:
-    growth = crack.growth
+    growth, shortest = crack.growth, f"{crack.lengths[crack.judged]:.3g} mm"
     if growth.propagation is None or growth.end is None:
         if crack.initiation is not None:
-            yield f"  cycles to a crack of b = {crack.lengths[0]:.3g} mm: {_cycles(float(crack.initiation[0]))}"
+            yield f"  cycles to a crack of b = {shortest}: {_cycles(float(crack.initiation[crack.judged]))}"
         return
     end = f"b = {growth.end:.4g} mm"
     if growth.life is None:
-        yield f"  from b = {crack.lengths[0]:.3g} mm to {end}: {_cycles(float(growth.propagation[0]))}"
+        yield f"  from b = {shortest} to {end}: {_cycles(float(growth.propagation[crack.judged]))}"
         return
     assert crack.initiation is not None
     bounds = [one.life for one in (crack.shortest, crack.longest)]
@@ -224,11 +206,10 @@ def _life_lines(crack: Crack) -> Iterator[str]:
     if growth.first is not None:
         first = int(np.flatnonzero(crack.lengths == growth.first)[0])
         begins, grows = float(crack.initiation[first]), float(growth.propagation[first])
-        shortest = ", the shortest one looked at," if first == 0 else ","
-        line += (
-            f": {_cycles(begins)} to a crack of b = {growth.first:.4g} mm{shortest} {_cycles(grows)} from it to {end}"
-        )
+        line += f": {_cycles(begins)} to a crack of b = {growth.first:.4g} mm, {_cycles(grows)} from it to {end}"
     yield f"  {line}"
+    if growth.first == crack.lengths[0]:
+        yield "  that is the shortest crack looked at: the life may be less"
     if growth.first is not None and growth.first > (growth.arrest or 0.0) and crack.verdict in ("no crack", "arrests"):
         yield "  a crack from the surface stops: this life is of a crack that begins at that depth by itself"
     if growth.crossing is not None:
@@ -238,7 +219,8 @@ def _life_lines(crack: Crack) -> Iterator[str]:
 def _cycle_line(crack: Crack, cycle: LoadCycle, ranges: DoubleArray, growth: Growth) -> str:
     """Return a row on one of several cycles, as if it were alone."""
     place = int(np.abs(np.log(crack.lengths / (0.1 * crack.half_width))).argmin())
-    line = f"  {cycle.title}, {cycle.times:g} times: range {ranges[place]:.4g} at b = {crack.lengths[place]:.3g} mm"
+    times = f"{cycle.times:g} time{'s' if cycle.times != 1.0 else ''}"
+    line = f"  {cycle.title}, {times}: range {ranges[place]:.4g} at b = {crack.lengths[place]:.3g} mm"
     if growth.arrest is not None:
         line += f"; {_in_words(growth.arrest)}"
     return line if growth.life is None else f"{line}; life {_cycles(growth.life)}"

@@ -100,7 +100,7 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
     )
-    notes = whole_path_note(cycles.cycles), not_closed(widest), *gaps
+    notes = whole_path_note(cycles.cycles), not_closed(widest, whole_path=not cycles.cycles[0].number), *gaps
     print_warnings(out, *dict.fromkeys(one for one in notes if one is not None))
     if not order.quiet:
         for number, of_body in cycles.of_body.items():

@@ -1,16 +1,16 @@
 """Compute a crack from the tractions of a result: stress intensities, range, verdict and lives, with error bars.
 
-Errors of stress intensities are those of the fit of the weight, and the difference to tractions averaged over blocks of
-two cells. K converges like the cells' side to the power 1.5, since a cell at the edge of contact is loaded as a whole
-or not at all. How much of it the contact covers differs from grid to grid, and from cells to blocks, so that the whole
-difference is taken, where an order alone would give 0.55 of it. A crack shorter than a cell sees the stress of the
-surface, which converges like the root of the side, so that its error is 1/(sqrt(2) - 1) times the difference.
+Errors of stress intensities are those of the fit of the weight, and a multiple of the difference to tractions averaged
+over blocks of two cells. K converges like the cells' side to the power 1.5, since a cell at the edge of contact is
+loaded as a whole or not at all. How much of it the contact covers differs from grid to grid, from cells to blocks and
+from state to state. So one bar serves a length: that of the largest difference, of K_I and K_II and in all states.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,42 +18,49 @@ import numpy as np
 from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LIFE_CURVES, LifeCriterion
 from fretsolve.errors import CaseError
-from fretsolve.post.crack.growth import Growth, GrowthRule, difference, stress_range, threshold_of, together
-from fretsolve.post.crack.place import Place, at_edge, at_largest, at_length, contact_steps
+from fretsolve.post.crack.growth import Growth, GrowthRule, difference, stress_range, threshold_of
+from fretsolve.post.crack.place import CrackPlace, at_edge, at_largest, at_length, rows_of_contact
 from fretsolve.post.crack.request import CrackRequest
 from fretsolve.post.crack.stress_intensity import WEIGHT_ERROR
 from fretsolve.post.crack.stress_line import StressLine, stress_line
-from fretsolve.post.fatigue.criteria import fatigue_field, shear_strain_lives, swt_lives
+from fretsolve.post.fatigue.criteria import fatigue_field, lives_of
 from fretsolve.post.fatigue.material import placed
+from fretsolve.post.fatigue.over_cycles import miner_life
 from fretsolve.post.stress.cycles import LoadCycle, chosen, cycles_of, require_states, states_of, within
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.system.arrays import DoubleArray
 
-SHORTEST, LONGEST_USUAL, LONGEST = 0.01, 5.0, 1000.0
-"""Lengths of the crack over the half-width of the contact: the shortest, the longest one at least, and at most."""
+SHORTEST, LONGEST_USUAL, LONGEST = 0.001, 5.0, 1000.0
+"""Lengths of the crack over the half-width of the contact: the shortest, the longest one at least, and at most. A crack
+begins by fretting within the second."""
+
+JUDGED = 0.01
+"""Length over the half-width from which on a crack may stop; above it the stress is that of single cells."""
 
 PER_DECADE = 30
 
-BELOW_A_CELL = 1.0 / (math.sqrt(2.0) - 1.0)
-"""Error over the difference to blocks of two cells where cracks are shorter than a cell."""
+BLOCKS, SHORT = 1.25, 8.0
+"""Error over the difference to blocks of two cells, measured on lines and spheres. In cracks shorter than a cell it is
+larger by the root of the cell over the length, up to the root of SHORT: they see the stress at the edge, a root."""
 
-LIVES = {"swt": swt_lives, "fatemi-socie": shear_strain_lives}
+Bar = Callable[[int], AbstractContextManager[Callable[[], object]]]
+"""Shows a bar of a number of things within a block, which gets the function that advances it by one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Crack:
     """A crack of many lengths (mm) at a place; stress intensities in MPa m^0.5, lives in cycles.
 
-    half_width: of the contact (mm); K, K_error: (2, steps, lengths) of K_I and K_II; cycles: their states are places in
-    `steps`; cycle_ranges: (cycles, lengths); range_error: of the largest of them; initiation: cycles to a crack of each
-    length. growth, shortest, longest: from the ranges, from ranges with their errors, and less their errors;
-    of_cycles: under each cycle alone.
-    missing: one line for each thing that cannot be computed.
+    half_width: of the contact on its middle row (mm); K: (2, steps, lengths), K_I and K_II; K_error: (lengths,), of
+    both in all steps; cycles: their states are places in `steps`; cycle_ranges: (cycles, lengths); range_error: of the
+    largest of them; initiation: cycles to a crack of each length. growth, shortest, longest: from the ranges, from
+    ranges with their errors, and less their errors; of_cycles: under each cycle alone. missing_curve: key of the
+    material that initiation lacks, empty if none. opening: how far a cycle misses its beginning, over its range.
     """
 
     body: Body
-    place: Place
+    place: CrackPlace
     half_width: float
     cell: float
     steps: tuple[int, ...]
@@ -71,7 +78,13 @@ class Crack:
     of_cycles: tuple[Growth, ...]
     material: Material
     criterion: LifeCriterion | None
-    missing: tuple[str, ...]
+    missing_curve: str
+    opening: float
+
+    @property
+    def judged(self) -> int:
+        """Number of the length from which on a crack may stop."""
+        return int(np.searchsorted(self.lengths, 0.999 * JUDGED * self.half_width))
 
     @property
     def range(self) -> DoubleArray:
@@ -107,9 +120,9 @@ class Crack:
         return {name: float(value) for name, value in found.items() if value is not None}
 
 
-def crack_of(tractions: TractionHistory, request: CrackRequest) -> Crack:
-    """Return the crack that is asked for. Raises CaseError."""
-    result = tractions.result
+def crack_of(tractions: TractionHistory, request: CrackRequest, bar: Bar = lambda total: nullcontext(int)) -> Crack:
+    """Return the crack that is asked for; bar: shows how many lengths are done. Raises CaseError."""
+    result, _ = tractions.result, request.last_length  # refuses a final length above the thickness
     body = _body(tractions, request)
     with placed(lambda message: request.problem(request.cycles_key, message)):
         absolute = chosen(cycles_of(result), request.cycles)
@@ -117,21 +130,22 @@ def crack_of(tractions: TractionHistory, request: CrackRequest) -> Crack:
         for one in absolute:
             require_states(one, result.steps)
         steps = states_of(absolute, result.steps)
-        touching = contact_steps(tractions, steps)
+        rows = rows_of_contact(tractions, steps)
+        line = stress_line(tractions, steps, body)
     cycles = tuple(_within(absolute, steps))
     source = request.material.with_elastic_constants(result.effective_case["bodies"][body - 1])
     if request.at == "max":
         source.require((request.require_curve(),))
-    line = stress_line(tractions, steps, body)
     with placed(lambda message: request.problem("at", message)):
         if request.at == "edge":
-            place = at_edge(tractions, line)
+            place = at_edge(tractions, line, rows)
         elif request.at == "max":
             place = at_largest(tractions, line, cycles, request.require_curve(), source.material)
         else:
-            place = at_length(tractions, steps, request.at)
-    half_width = max(float(result.history["contact_half_width_x"][step]) for step in touching)
-    return _analysed(line, place, half_width, tractions.grid.dx, cycles, source.material, request)
+            place = at_length(tractions, rows, request.at)
+    half_width = max(row.half_width for row in rows)
+    lengths, K = _stress_intensities(line, place, half_width, source.material, request, bar)
+    return _analysed(line, place, half_width, tractions.grid.dx, cycles, source.material, request, lengths, K)
 
 
 def _within(cycles: Sequence[LoadCycle], steps: Sequence[int]) -> list[LoadCycle]:
@@ -155,35 +169,35 @@ def _body(tractions: TractionHistory, request: CrackRequest) -> Body:
 
 def _analysed(
     line: StressLine,
-    place: Place,
+    place: CrackPlace,
     half_width: float,
     cell: float,
     cycles: tuple[LoadCycle, ...],
     material: Material,
     request: CrackRequest,
+    lengths: DoubleArray,
+    K: DoubleArray,
 ) -> Crack:
-    lengths, K = _stress_intensities(line, place, half_width, material, request)
-    factor = np.where(lengths < cell, BELOW_A_CELL, 1.0)
-    K_error = factor * np.abs(K[:, 1:] - K[:, :1]).max(axis=1) + WEIGHT_ERROR * np.abs(K[:, 0])
+    """Return the crack with the stress intensities K (2, 1 + averages, steps, lengths)."""
+    factor = BLOCKS * np.sqrt(np.clip(cell / lengths, 1.0, SHORT))
+    error = factor * np.abs(K[:, 1:] - K[:, :1]).max(axis=(0, 1, 2)) + WEIGHT_ERROR * np.abs(K[:, 0]).max(axis=(0, 1))
     exponent = 1.0 if material.paris is None else material.paris.walker_exponent
     of_cycles = np.stack([stress_range(_states(K[0], one, 1), exponent) for one in cycles], axis=1)
-    largest = np.maximum(K[0], 0.0).max(axis=1)  # (1 + averages, lengths)
-    ranges, most = of_cycles[0], largest[0]
-    errors = factor * np.abs(of_cycles[1:] - ranges).max(axis=0) + WEIGHT_ERROR * most
-    most_error = factor * np.abs(largest[1:] - most).max(axis=0) + WEIGHT_ERROR * most
+    ranges, most = of_cycles[0], np.maximum(K[0, 0], 0.0).max(axis=0)
+    errors = np.maximum(factor * np.abs(of_cycles[1:] - ranges).max(axis=0), error)
     initiation, missing_curve = _initiation(line, place, lengths, factor, cycles, material, request.life_criterion)
-    times = tuple(one.times for one in cycles)
-    rule = GrowthRule(material, times, request.last_length)
+    limits = request.last_length, (1.0 - 1e-9) * JUDGED * half_width, LONGEST_USUAL * half_width
+    rule = GrowthRule(material, tuple(one.times for one in cycles), *limits)
     growth, shortest, longest = (
         rule.growth(
             lengths,
             np.maximum(ranges + sign * errors, 0.0),
-            most + sign * most_error,
-            None if initiation is None else together(initiation[index], times),
+            most + sign * error,
+            None if initiation is None else miner_life(initiation[index], cycles),
         )
         for index, sign in enumerate((0.0, 1.0, -1.0))
     )
-    alone = GrowthRule(material, (1.0,), request.last_length)
+    alone = GrowthRule(material, (1.0,), *limits)
     of_each = [
         alone.growth(lengths, ranges[[index]], K[0, 0, list(one.states)].max(axis=0), first)
         for index, one in enumerate(cycles)
@@ -191,27 +205,34 @@ def _analysed(
     ]
     threshold = threshold_of(material)
     return Crack(
-        line.body,
-        place,
-        half_width,
-        cell,
-        line.steps,
-        lengths,
-        K[:, 0],
-        K_error,
-        cycles,
-        ranges,
-        errors[ranges.argmax(axis=0), np.arange(len(lengths))],
-        None if threshold is None else threshold(lengths),
-        None if initiation is None else together(initiation[0], times),
-        growth,
-        shortest,
-        longest,
-        tuple(of_each),
-        material,
-        request.life_criterion,
-        tuple(_missing(material, request, growth, lengths, missing_curve)),
+        body=line.body,
+        place=place,
+        half_width=half_width,
+        cell=cell,
+        steps=line.steps,
+        lengths=lengths,
+        K=K[:, 0],
+        K_error=error,
+        cycles=cycles,
+        cycle_ranges=ranges,
+        range_error=errors[ranges.argmax(axis=0), np.arange(len(lengths))],
+        threshold=None if threshold is None else threshold(lengths),
+        initiation=None if initiation is None else miner_life(initiation[0], cycles),
+        growth=growth,
+        shortest=shortest,
+        longest=longest,
+        of_cycles=tuple(of_each),
+        material=material,
+        criterion=request.life_criterion,
+        missing_curve=missing_curve,
+        opening=max(_opening(_states(K[:, 0], one, 1)) for one in cycles),
     )
+
+
+def _opening(K: DoubleArray) -> float:
+    """Return the largest change of K (2, states, lengths) from first to last state over its largest range."""
+    largest = float((K.max(axis=1) - K.min(axis=1)).max())
+    return float(np.abs(K[:, -1] - K[:, 0]).max()) / largest if largest > 0.0 else 0.0
 
 
 def crack_lengths(half_width: float, begin: int, longest: float) -> DoubleArray:
@@ -221,31 +242,39 @@ def crack_lengths(half_width: float, begin: int, longest: float) -> DoubleArray:
 
 
 def _stress_intensities(
-    line: StressLine, place: Place, half_width: float, material: Material, request: CrackRequest
+    line: StressLine, place: CrackPlace, half_width: float, material: Material, request: CrackRequest, bar: Bar
 ) -> tuple[DoubleArray, DoubleArray]:
     """Return lengths, and the stress intensities (2, 1 + averages, steps, lengths) of cracks of these lengths."""
     final = request.last_length
-    if final is not None and final <= (shortest := SHORTEST * half_width):
+    if final is not None and final <= (shortest := JUDGED * half_width):
         message = (
             f"{final:g} mm is out of range; a length above {shortest:.3g} mm, a hundredth of the half-width of the"
         )
         key = "thickness" if request.final_length is None else "final-length"
         raise request.problem(key, f"{message} contact, is needed")
+
+    def of(lengths: DoubleArray) -> DoubleArray:
+        found = []
+        with bar(len(lengths)) as advance:
+            for length in lengths.tolist():
+                found.append(line.stress_intensity((place.x, place.y), length))
+                advance()
+        return np.stack(found, axis=-1)
+
     lengths = crack_lengths(half_width, 0, max(LONGEST_USUAL * half_width, final or 0.0))
-    K = line.stress_intensity((place.x, place.y), lengths)
+    K = of(lengths)
     if material.paris is None or material.toughness is None or final is not None:
         return lengths, K
     while K[0, 0].max() < material.toughness and lengths[-1] < LONGEST * half_width:
         longer = min(10.0 * float(lengths[-1]), LONGEST * half_width)
         more = crack_lengths(half_width, len(lengths), longer)
-        lengths = np.append(lengths, more)
-        K = np.concatenate([K, line.stress_intensity((place.x, place.y), more)], axis=-1)
+        lengths, K = np.append(lengths, more), np.concatenate([K, of(more)], axis=-1)
     return lengths, K
 
 
 def _initiation(
     line: StressLine,
-    place: Place,
+    place: CrackPlace,
     lengths: DoubleArray,
     factor: DoubleArray,
     cycles: Sequence[LoadCycle],
@@ -263,75 +292,15 @@ def _initiation(
     try:
         stress = line.stress((place.x, place.y), lengths).transpose(1, 2, 0, 3)
         values = np.array(
-            [[fatigue_field(criterion, material, _states(variant, one)).value for one in cycles] for variant in stress]
+            [
+                [fatigue_field(criterion, material, _states(variant, one), refine_all=True).value for one in cycles]
+                for variant in stress
+            ]
         )
     except CaseError as error:
         return None, ".".join(map(str, error.key)) or error.message
     errors = factor * np.abs(values[1:] - values[0]).max(axis=0)
     bounds = np.stack([values[0], values[0] + errors, np.maximum(values[0] - errors, 0.0)])
-    lives = LIVES[criterion](material, bounds.ravel())
+    lives = lives_of(criterion, material, bounds.ravel())
     assert lives is not None
     return lives.reshape(bounds.shape), ""
-
-
-def _missing(material: Material, request: CrackRequest, growth: Growth, lengths: DoubleArray, curve: str) -> list[str]:
-    """Return a line for each thing that cannot be computed, with the key that is missing."""
-    found = []
-    lacking = [name for name in ("threshold_range", "fatigue_range") if getattr(material, name) is None]
-    if lacking:
-        found.append(f"no verdict: the material lacks {' and '.join(lacking)}")
-    if material.paris is None:
-        found.append("no propagation and total life: the material lacks paris")
-    elif growth.end is None and material.toughness is None:
-        found.append("no propagation and total life: toughness of the material, or a final length, is missing")
-    elif growth.end is None:
-        found.append(
-            f"no propagation and total life: K_I stays below the toughness up to b = {lengths[-1]:.4g} mm; a final"
-            " length gives an end"
-        )
-    if curve:
-        found.append(f"no initiation and total life: the material lacks {curve}")
-    return found
-
-
-def notes_of(crack: Crack, *, line: bool, worn: bool) -> list[str]:
-    """Return what else is to be said of a crack, a line each. line: of a line contact; worn: with wear."""
-    found = []
-    closed = crack.K[0] <= 0.0
-    if closed.any():
-        found.append(
-            "where K_I <= 0 the crack is closed, and K_II is an upper bound: contact of its faces is not solved"
-        )
-    if crack.lengths[0] < crack.cell:
-        found.append(
-            f"cracks shorter than a cell, {crack.cell:.3g} mm, see the steps of the tractions, as their error bars say"
-        )
-    if not line:
-        found.append(
-            "the stress is that of the row through the middle of the contact: K is an estimate for a crack through the"
-            " width, and an upper bound for a thumbnail crack"
-        )
-    if worn:
-        found.append("wear: tractions are those of the worn contact, on a half-space that is flat")
-    return found
-
-
-def warnings_of(crack: Crack, request: CrackRequest) -> list[str]:
-    """Return warnings about a crack, a line each."""
-    found = []
-    limit = None if request.thickness is None else 0.1 * request.thickness
-    reached = _longest_that_matters(crack)
-    if limit is not None and reached > limit:
-        found.append(
-            f"b up to {reached:.4g} mm counts, more than a tenth of the thickness {request.thickness:g} mm: the body is"
-            " no half-plane for such a crack, and K is too small"
-        )
-    return found
-
-
-def _longest_that_matters(crack: Crack) -> float:
-    """Return the length at which life ends or the crack stops, else the longest one (mm)."""
-    growth: Mapping[str, float] = crack.values
-    if crack.verdict in ("arrests", "no crack"):
-        return growth["arrest_length"]
-    return growth.get("final_length", float(crack.lengths[-1]))

@@ -41,16 +41,15 @@ _INTENSITY = "MPa m^0.5"
 _OVER_STEPS = {
     "K_I": "stress intensity of mode I, negative where the crack is closed",
     "K_II": "stress intensity of mode II, an upper bound where the crack is closed",
-    "K_I_error": "estimated error of K_I",
-    "K_II_error": "estimated error of K_II",
 }
 _OVER_LENGTH = {
+    "K_error": (_INTENSITY, "estimated error of K_I and K_II in all increments"),
     "range": (_INTENSITY, "range of K_I over a cycle, the largest of all cycles"),
     "range_error": (_INTENSITY, "estimated error of the range"),
     "threshold": (_INTENSITY, "range below which the crack does not grow"),
     "initiation_life": ("1", "cycles to a crack, from the fatigue parameter at the depth of the length"),
-    "propagation_life": ("1", "cycles from a crack of the length to the end"),
-    "total_life": ("1", "sum of initiation_life and propagation_life"),
+    "propagation_life": ("1", "cycles from a crack of the length to the end, NaN beyond it"),
+    "total_life": ("1", "sum of initiation_life and propagation_life, NaN beyond the end"),
 }
 _OVER_CYCLES = {"cycle_range": "range of K_I over each cycle"}
 
@@ -71,7 +70,7 @@ def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool =
         group = file.create_group(f"crack/body_{crack.body}")
         step = create_column(group, STEP, crack.steps)
         length = create_column(group, LENGTH, crack.lengths)
-        of_crack = dict(zip(_OVER_STEPS, (*crack.K, *crack.K_error), strict=True))
+        of_crack = dict(zip(_OVER_STEPS, crack.K, strict=True))
         for name, values in of_crack.items():
             _store(group, name, [step, length], values, _INTENSITY, _OVER_STEPS[name])
         for name, column in _columns(crack):
@@ -100,7 +99,8 @@ def write_case_crack(result: Result, case: Case) -> Path:
 def _columns(crack: Crack) -> Iterator[tuple[str, DoubleArray]]:
     """Yield the columns over the length that are known, by their names."""
     growth = crack.growth
-    values = crack.range, crack.range_error, crack.threshold, crack.initiation, growth.propagation, growth.total
+    ranges = crack.range, crack.range_error, crack.threshold
+    values = crack.K_error, *ranges, crack.initiation, growth.propagation, growth.total
     for name, column in zip(_OVER_LENGTH, values, strict=True):
         if column is not None:
             yield name, column
@@ -124,9 +124,9 @@ class BodyCrack:
     """The part of a file of a crack about one body.
 
     x, y: its place (mm); steps, lengths (mm): axes; cycles: numbers, an axis where there are several. columns: K_I,
-    K_II and their errors (steps, lengths), cycle_range (cycles, lengths), and over the lengths range, range_error,
-    threshold, initiation_life, propagation_life, total_life: those that are there. verdict: no crack, arrests or goes
-    through, None without thresholds; values: what is known of arrest and life, with errors.
+    K_II (steps, lengths), cycle_range (cycles, lengths), and over the lengths K_error, range, range_error, threshold,
+    initiation_life, propagation_life, total_life: those that are there. verdict: no crack, arrests or goes through,
+    None without thresholds; values: what is known of arrest and life, with errors.
     """
 
     path: Path

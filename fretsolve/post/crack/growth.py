@@ -17,7 +17,7 @@ from scipy.interpolate import PchipInterpolator
 
 from fretsolve.case.keys.material_spec import Material, ParisLaw
 from fretsolve.post.crack.stress_intensity import METRES
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import BoolArray, DoubleArray
 
 Threshold = Callable[[DoubleArray], DoubleArray]
 
@@ -98,46 +98,49 @@ def propagation_lives(
     threshold: Threshold | None,
     end: float,
 ) -> DoubleArray:
-    """Return the cycles in which a crack grows from each length to `end`, 0 beyond it and inf where it stops before.
+    """Return the cycles in which a crack grows from each length to `end`, NaN beyond it, inf where it stops before.
 
     ranges: (cycles, lengths), one row for each cycle of a block that is repeated; times: how often each cycle occurs.
     In a block it grows by the sum of the growth in its cycles that exceed the threshold.
     """
-    lives = np.zeros(len(lengths))
+    lives = np.full(len(lengths), math.nan)
     starts = np.log(lengths[lengths < end])
     if not starts.size:
         return lives
-    widths = np.diff(np.append(starts, math.log(end)))
+    limits = np.ones(len(lengths)) if threshold is None else threshold(lengths)
+    curves = [_interpolated(lengths, row / limits) for row in ranges]
+    # growth jumps where a range crosses the threshold
+    jumps = np.concatenate([curve.roots(extrapolate=False) for curve in curves] if threshold else [starts])
+    jumps = jumps[(jumps > starts[0]) & (jumps < math.log(end))]
+    bounds = np.unique(np.concatenate([starts, jumps, [math.log(end)]]))
+    widths = np.diff(bounds)
     points, weights = np.polynomial.legendre.leggauss(GAUSS)
-    inside = starts[:, None] + 0.5 * (points + 1.0) * widths[:, None]
-    limit = 0.0 if threshold is None else threshold(np.exp(inside))
+    inside = bounds[:-1, None] + 0.5 * (points + 1.0) * widths[:, None]
+    limit, least = (1.0, 0.0) if threshold is None else (threshold(np.exp(inside)), 1.0)
     growth = np.zeros_like(inside)
-    for row, often in zip(ranges, times, strict=True):
-        found = _interpolated(lengths, row, inside)
-        growth += often * law.coefficient * np.where(found >= limit, found, 0.0) ** law.exponent
+    for curve, row, often in zip(curves, ranges, times, strict=True):
+        share = np.where(_grows(lengths, row, inside), np.exp(curve(inside)), 0.0)
+        found = np.where(share >= least, share * limit, 0.0)
+        growth += often * law.coefficient * found**law.exponent
     with np.errstate(divide="ignore"):
         blocks = METRES * np.exp(inside) / growth
     pieces = 0.5 * widths * (blocks @ weights)
-    lives[: len(pieces)] = sum(times) * np.cumsum(pieces[::-1])[::-1]
+    left = sum(times) * np.cumsum(pieces[::-1])[::-1]
+    lives[: len(starts)] = left[np.searchsorted(bounds, starts)]
     return lives
 
 
-def _interpolated(lengths: DoubleArray, ranges: DoubleArray, logarithms: DoubleArray) -> DoubleArray:
-    """Return ranges between lengths, smooth in the logarithms of both; 0 beside a length at which the range is 0."""
+def _interpolated(lengths: DoubleArray, shares: DoubleArray) -> PchipInterpolator:
+    """Return the logarithm of shares over the logarithm of the length, smooth between lengths; shares may be 0."""
+    known = np.where(shares > 0.0, shares, shares[shares > 0.0].min(initial=1.0))
+    return PchipInterpolator(np.log(lengths), np.log(known))
+
+
+def _grows(lengths: DoubleArray, ranges: DoubleArray, logarithms: DoubleArray) -> BoolArray:
+    """Return where the ranges at both lengths beside are above 0."""
     grows = ranges > 0.0
-    if not grows.any():
-        return np.zeros_like(logarithms)
-    known = np.log(np.where(grows, ranges, ranges[grows].min()))
-    found = np.exp(PchipInterpolator(np.log(lengths), known)(logarithms))
     after = np.clip(np.searchsorted(np.log(lengths), logarithms), 1, len(lengths) - 1)
-    return np.where(grows[after - 1] & grows[after], found, 0.0)
-
-
-def together(first: DoubleArray | Sequence[DoubleArray], times: Sequence[float]) -> DoubleArray:
-    """Return the life under a block of cycles by Miner's rule, from the life under each cycle alone."""
-    with np.errstate(divide="ignore"):
-        damage = sum(often / lives for lives, often in zip(first, times, strict=True))
-        return np.asarray(sum(times) / damage)
+    return np.asarray(grows[after - 1] & grows[after])
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,11 +163,17 @@ class Growth:
 
 @dataclass(frozen=True)
 class GrowthRule:
-    """What growth follows from, besides stress intensities and initiation."""
+    """What growth follows from, besides stress intensities and initiation.
+
+    times: how often each cycle occurs; judged_from: the length (mm) from which on a crack may stop; begins_below: the
+    length (mm) up to which the crack of the least total life may begin.
+    """
 
     material: Material
     times: tuple[float, ...]
     final_length: float | None = None
+    judged_from: float = 0.0
+    begins_below: float = math.inf
 
     def growth(
         self, lengths: DoubleArray, ranges: DoubleArray, largest: DoubleArray, initiation: DoubleArray | None
@@ -174,7 +183,9 @@ class GrowthRule:
         ranges: (cycles, lengths); largest: the largest K of each length; initiation: cycles to a crack of each length.
         """
         material, threshold = self.material, threshold_of(self.material)
-        arrest = None if threshold is None else arrest_length(lengths, ranges.max(axis=0), threshold)
+        judged = lengths >= self.judged_from
+        most = ranges.max(axis=0)[judged]
+        arrest = None if threshold is None else arrest_length(lengths[judged], most, threshold)
         end = end_length(lengths, largest, material.toughness, self.final_length)
         if material.paris is None or end is None:
             return Growth(arrest, end)
@@ -182,7 +193,9 @@ class GrowthRule:
         if initiation is None:
             return Growth(arrest, end, propagation)
         total = initiation + propagation
-        before = max(1, int(np.count_nonzero(lengths <= end)))
+        before = int(np.count_nonzero((lengths < end) & (lengths <= self.begins_below)))
+        if before == 0:  # the first crack is the end
+            return Growth(arrest, end, propagation, total, float(initiation[0]), float(lengths[0]))
         first = int(total[:before].argmin())
         life = float(total[first])
         return Growth(

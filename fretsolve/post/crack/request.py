@@ -9,7 +9,7 @@ from typing import Literal
 from fretsolve.case.keys.output_spec import LIFE_CURVES, LifeCriterion
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
-from fretsolve.post.crack.place import Place, require_finite, require_inside, require_round
+from fretsolve.post.crack.place import CrackPlace, require_finite, require_inside, require_round
 from fretsolve.post.fatigue.material import MaterialSource, placed
 from fretsolve.post.fatigue.request import cycles_before
 from fretsolve.post.stress.cycles import CycleChoice, require_states
@@ -90,6 +90,7 @@ def require_crack(setup: ProblemSetup) -> None:
     """Raise CaseError, before the run, if the crack that a case asks for could not be looked at after it."""
     case, grid = setup.case, setup.grid
     request, surfaces = case_request(case), case.effective()["surface"]
+    _ = request.last_length  # refuses one above the thickness
     if request.at == "max":
         body = case.bodies[(request.body or (1 if case.bodies[1] == "rigid" else 2)) - 1]
         assert body != "rigid"  # a case with such a body is refused
@@ -99,7 +100,7 @@ def require_crack(setup: ProblemSetup) -> None:
             require_round(surfaces)
         elif request.at != "max":
             require_inside(grid, request.at)
-            require_finite(surfaces, grid, Place(request.at, 0.0, ""))
+            require_finite(surfaces, grid, CrackPlace(request.at, 0.0, ""))
     with placed(lambda message: request.problem(request.cycles_key, message)):
         stored, cycles = cycles_before(setup, request.cycles)
     with placed(lambda message: case.source.problem(message, ("output", "every"))):

@@ -13,7 +13,6 @@ is below 1e-6 for b up to 10 a and 2e-5 for 100 a; at 1000 a it is 1e-3 of the c
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -44,9 +43,3 @@ def nodes(count: int = NODES) -> tuple[DoubleArray, DoubleArray]:
     t = 0.5 * (points + 1.0)
     share = np.sin(0.5 * math.pi * t * t)
     return share, math.sqrt(METRES * math.pi) * t * weights * (1.0 + free_surface(share))
-
-
-def stress_intensity(stress: Callable[[DoubleArray], DoubleArray], length: float, count: int = NODES) -> float:
-    """Return K (MPa m^0.5) of a crack of a length (mm); stress: (MPa) at depths (mm)."""
-    share, weights = nodes(count)
-    return math.sqrt(length) * float(weights @ stress(length * share))

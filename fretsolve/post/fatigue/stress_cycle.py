@@ -168,13 +168,19 @@ def opening_of(stress: DoubleArray) -> float:
     return float(np.abs(stress[-1] - stress[0]).max(initial=0.0)) / largest if largest > 0.0 else 0.0
 
 
-def not_closed(share: float) -> str | None:
-    """Return the warning of a cycle that misses its beginning by `share` of its range, None if it is closed."""
+def not_closed(share: float, *, whole_path: bool = False) -> str | None:
+    """Return the warning of a cycle that misses its beginning by `share` of its range, None if it is closed.
+
+    whole_path: the cycle is a load path without one.
+    """
     if share <= CLOSED_WITHIN:
         return None
+    what, advice = "cycle", "more cycles in the load path are needed"
+    if whole_path:
+        what, advice = "whole load path", "a service that repeats it needs a path that ends as it begins, or a `cycle`"
     return (
-        f"the cycle is not closed: its last state differs from its first by {100.0 * share:.2g} % of the range"
-        f" (more than {100.0 * CLOSED_WITHIN:g} %); more cycles in the load path are needed"
+        f"the {what} is not closed: its last state differs from its first by {100.0 * share:.3g} % of the range"
+        f" (more than {100.0 * CLOSED_WITHIN:g} %); {advice}"
     )
 
 

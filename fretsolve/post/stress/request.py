@@ -159,12 +159,16 @@ AS_OPTIONS = "fewer depths or increments, --plane, or --window auto is needed"
 def memory_problem(request: StressRequest, threads: int, advice: str = AS_OPTIONS) -> str | None:
     """Return why the computation is too large for this machine, None if it is not; advice: what would help."""
     needed = request.memory(threads)
-    there = math.inf
-    with suppress(ValueError, OSError, AttributeError):
-        there = float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    if needed > there:
+    if needed > (there := machine_memory()):
         return f"the stresses take {needed / 1e9:.3g} GB of memory, this machine has {there / 1e9:.3g} GB; {advice}"
     return None
+
+
+def machine_memory() -> float:
+    """Return the memory of this machine (bytes), inf if it is unknown."""
+    with suppress(ValueError, OSError, AttributeError):
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    return math.inf
 
 
 def disk_problem(request: StressRequest, free_disk: int | None, advice: str = AS_OPTIONS) -> str | None:

@@ -71,9 +71,13 @@ def test_all_is_printed_and_stored(folder, crack):
     ratios = body.lengths[1:] / body.lengths[:-1]
     np.testing.assert_allclose(ratios, 10.0 ** (1.0 / 30.0))
     half_width = body.values["half_width"]
-    assert body.lengths[0] == pytest.approx(0.01 * half_width)
+    assert body.lengths[0] == pytest.approx(0.001 * half_width)
     assert body.lengths[-1] > 5.0 * half_width
-    assert body.columns["K_I"].shape == (len(body.steps), len(body.lengths)) == body.columns["K_II_error"].shape
+    assert body.columns["K_I"].shape == (len(body.steps), len(body.lengths)) == body.columns["K_II"].shape
+    assert (body.columns["K_error"] > 0.0).all()
+    table = [line for line in out.splitlines() if line.startswith("   ")]
+    assert len(table) == 8
+    assert max(map(len, table)) <= 120
     assert (
         body.columns["K_I"].max(axis=0) - np.maximum(body.columns["K_I"].min(axis=0), 0.0) <= body.columns["range"]
     ).all()
@@ -81,6 +85,46 @@ def test_all_is_printed_and_stored(folder, crack):
     total = body.columns["initiation_life"] + body.columns["propagation_life"]
     np.testing.assert_array_equal(body.columns["total_life"], total)
     assert np.isinf(body.columns["propagation_life"][body.lengths < arrest]).all()
+
+
+def test_lives_beyond_the_end_are_unknown(folder, crack):
+    done, body = crack("--material", folder / "m.yaml", "--final-length", "0.5 mm")
+    beyond = body.lengths >= 0.5
+    assert beyond.any()
+    for name in ("propagation_life", "total_life"):
+        np.testing.assert_array_equal(np.isnan(body.columns[name]), beyond)
+    assert not np.isnan(body.columns["initiation_life"]).any()
+    assert "warning" not in done.stderr
+    assert "not closed" not in done.stderr
+
+
+def test_the_least_life_may_begin_at_the_shortest_crack(folder, crack, tmp_path):
+    text = MATERIAL.replace("coefficient: 1e-11", "coefficient: 1e-3").replace(
+        "threshold_range: 2.1", "threshold_range: 0.1"
+    )
+    (tmp_path / "fast.yaml").write_text(text)
+    done, body = crack("--material", tmp_path / "fast.yaml", "--final-length", "0.5 mm")
+    assert body.values["initiation_length"] == body.lengths[0]
+    assert "  that is the shortest crack looked at: the life may be less\n" in done.stdout
+    assert "may be less" not in crack("--material", folder / "m.yaml")[0].stdout
+
+
+def test_too_little_memory(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("fretsolve.post.crack.stress_line.machine_memory", lambda: 1e4)
+    message = refused(2, "crack", folder / "c.h5", "-o", tmp_path / "y.h5")
+    assert "the tractions of 7 increments take " in message
+    assert "GB of memory, this machine has 1e-05 GB; fewer cycles, or a larger output.every in the case" in message
+
+
+def test_the_row_of_a_crack_below_a_sphere(folder, tmp_path):
+    surface = CASE.replace("plane: strain\n", "").replace("cylinder", "sphere").replace("points: 144", "points: 16")
+    (tmp_path / "s.yaml").write_text(surface.replace("N/mm", "N"))
+    out, middle = result_of(tmp_path / "s.yaml"), "the stress is that of the row through the middle of the contact"
+    assert middle in invoke("crack", out, "--overwrite").stdout
+    done = invoke("crack", out, "--overwrite", "--material", folder / "m.yaml", "--at", "max")
+    assert done.exit_code == 0, done.output
+    assert middle not in done.stdout
+    assert "the stress is that of the row through the place: K is an estimate" in done.stdout
 
 
 def test_axes_and_units(folder, crack, tmp_path):
@@ -117,11 +161,12 @@ def test_what_is_missing_is_left_out(folder, crack):
 
 
 def test_cycles_and_blocks(folder, crack, tmp_path):
-    (tmp_path / "b.csv").write_text("cycle,times\n1,1000\n2,10\n")
+    (tmp_path / "b.csv").write_text("cycle,times\n1,1000\n2,1\n")
     words = ("--material", folder / "m.yaml", "--final-length", "0.05 mm")
     done, body = crack(*words, "--blocks", tmp_path / "b.csv", "--at", "max")
     assert "largest swt parameter on the surface" in done.stdout
     assert "cycle 1, 1000 times: range" in done.stdout
+    assert "cycle 2, 1 time: range" in done.stdout
     assert body.cycles.tolist() == [1, 2]
     assert body.columns["cycle_range"].shape == (2, len(body.lengths))
     np.testing.assert_array_equal(body.columns["range"], body.columns["cycle_range"].max(axis=0))
@@ -185,6 +230,9 @@ def test_the_whole_path_is_a_cycle_without_one(tmp_path):
     (tmp_path / "w.yaml").write_text(path)
     done = invoke("crack", result_of(tmp_path / "w.yaml"))
     assert "the load path has no `cycle`: the whole path counts as one" in done.stderr
+    assert "the whole load path is not closed: its last state differs from its first by" in done.stderr
+    assert "a service that repeats it needs a path that ends as it begins, or a `cycle`" in done.stderr
+    assert "more cycles" not in done.stderr
     (tmp_path / "s.yaml").write_text(path.replace(", increments: 2", ", increments: 1"))
     message = refused(2, "crack", result_of(tmp_path / "s.yaml"))
     assert "the whole load path has 2 stored states; 3 or more are needed" in message
@@ -206,7 +254,8 @@ def test_a_ramp_has_its_range_from_rest(ramps):
     found, material = [], ramps[0].with_name("m.yaml")
     material.write_text(MATERIAL.replace("2.1 MPa", "1 MPa").replace("248 MPa", "100 MPa"))
     for out in ramps:
-        assert invoke("crack", out, "--material", material).exit_code == 0
+        done = invoke("crack", out, "--material", material)
+        assert "the whole load path is not closed: its last state differs from its first by 100 % of" in done.stderr
         with opened_computed(out.with_suffix(".crack.h5")) as computed:
             found.extend(crack_bodies(computed).values())
     few, many = found
@@ -255,6 +304,10 @@ def refused_reading(path, out):
         (
             "output.crack.at=max",
             "output.crack.at: max is where a fatigue parameter is largest, which needs strain_life",
+        ),
+        (
+            "output.crack={thickness: 5 mm, final_length: 6 mm}",
+            "output.crack.final_length: 6 mm is more than the thickness 5 mm of the body; a shorter length is needed",
         ),
         ("output.crack.cycle=3", "output.crack.cycle: there is no cycle 3; there are 1 to 2"),
         ("output.crack.blocks={1: 5, 4: 2}", "output.crack.blocks: there is no cycle 4; there are 1 to 2"),

@@ -14,7 +14,6 @@ from fretsolve.post.crack.growth import (
     propagation_lives,
     stress_range,
     threshold_of,
-    together,
 )
 
 LENGTHS = 1e-3 * 10.0 ** (np.arange(91) / 30)  # to 1 mm
@@ -52,10 +51,10 @@ def test_a_crack_that_stops_does_not_reach_the_end():
     threshold = lambda lengths: np.full(lengths.shape, 2.0)  # noqa: E731
     lives = propagation_lives(LENGTHS, ranges, [1.0], LAW, threshold, 0.5)
     assert np.isinf(lives[LENGTHS < 0.05]).all()
-    assert np.isfinite(lives[LENGTHS > 0.11]).all()
+    assert np.isfinite(lives[(LENGTHS > 0.11) & (LENGTHS < 0.5)]).all()
     free = propagation_lives(LENGTHS, ranges, [1.0], LAW, None, 0.5)
-    assert np.isfinite(free).all()
-    assert free[-1] == 0.0
+    assert np.isfinite(free[LENGTHS < 0.5]).all()
+    assert np.isnan(free[-1])
 
 
 def test_a_block_adds_the_growth_of_its_cycles():
@@ -69,11 +68,6 @@ def test_a_block_adds_the_growth_of_its_cycles():
     assert lives[0] == pytest.approx(3.0 * (end - start) / (1e-9 * 32.0), rel=1e-5)
 
 
-def test_damage_of_a_block_by_miner():
-    found = together([np.array([100.0, np.inf, np.inf]), np.array([10.0, 10.0, np.inf])], [9.0, 1.0])
-    np.testing.assert_allclose(found, [10.0 / 0.19, 100.0, np.inf])
-
-
 def test_the_least_total_life_and_where_both_parts_are_equal():
     material = Material(paris=LAW, toughness=100.0)
     initiation = 1e5 * LENGTHS
@@ -84,6 +78,25 @@ def test_the_least_total_life_and_where_both_parts_are_equal():
     assert growth.first == LENGTHS[0]
     assert growth.crossing == pytest.approx(0.5 / 11.0, rel=2e-3)
     assert growth.arrest is None
+
+
+def test_a_crack_begins_near_and_stops_from_a_length_on():
+    """Initiation that falls with the depth does not move a crack away from the contact."""
+    material = Material(paris=LAW, toughness=100.0, threshold_range=2.0, fatigue_range=1e6)
+    rule = GrowthRule(material, (1.0,), final_length=0.5, judged_from=0.0099, begins_below=0.05)
+    ranges = np.where(LENGTHS < 0.0099, 1.0, 10.0)[None]
+    growth = rule.growth(LENGTHS, ranges, ranges[0], 1e9 / LENGTHS)
+    assert growth.arrest == math.inf  # a range below the threshold in shorter cracks does not count
+    assert growth.first == LENGTHS[LENGTHS <= 0.05][-1]
+    assert growth.life == pytest.approx(1e9 / growth.first + 1e4 * (0.5 - growth.first), rel=1e-5)
+    assert np.isinf(growth.propagation[LENGTHS < 0.0099]).all()
+
+
+def test_a_contact_that_breaks_at_once():
+    material = Material(paris=LAW, toughness=5.0)
+    growth = GrowthRule(material, (1.0,)).growth(LENGTHS, np.full((1, 91), 10.0), np.full(91, 10.0), 1e5 * LENGTHS)
+    assert growth.life == 1e5 * LENGTHS[0]
+    assert np.isnan(growth.total).all()
 
 
 def test_thresholds_need_both_constants():
