@@ -19,7 +19,7 @@ from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LifeCriterion
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.case.source import Place
-from fretsolve.cli.commands.computed_files import chosen_cycles, positive_length_of
+from fretsolve.cli.commands.computed_files import chosen_cycles, positive_length_of, require_no_result
 from fretsolve.errors import CaseError
 from fretsolve.post.crack.analysis import Crack, crack_of
 from fretsolve.post.crack.crack_file import write_crack
@@ -91,6 +91,7 @@ def crack_of_result(options: CrackOptions) -> int:
         require_ending(target, "a file of a crack", ".h5", ".hdf5")
         require_other(target, options.out, "the result itself")
         require_free(target, overwrite=options.overwrite)
+        require_no_result(target)
         make_folder(target.parent)
         tractions = TractionHistory(result)
         write_crack_with_messages(tractions, request, target, quiet=options.quiet, exclusive=not options.overwrite)
@@ -107,7 +108,8 @@ def write_crack_with_messages(
     crack = crack_of(tractions, request, lambda total: counting_bar("lengths", total, shown=shown))
     with writing(target):
         write_crack(crack, result, target, exclusive=exclusive)
-    print_warnings(result.path, *warnings_of(crack, request))
+    mismatch = request.material.mismatch(result.effective_case["bodies"][crack.body - 1])
+    print_warnings(result.path, *warnings_of(crack, request), *filter(None, [mismatch]))
     if quiet:
         return
     for line in crack_lines(crack):
@@ -158,7 +160,9 @@ def _table(crack: Crack) -> Iterator[str]:
     a, lengths = crack.half_width, crack.lengths
     wanted = [share * a for share in SHOWN] + [lengths[-1]]
     places = sorted({int(np.abs(np.log(lengths / length)).argmin()) for length in wanted})
-    heading = f"  {'b, mm':>9} {'b/a':>7}  {'K_I, MPa m^0.5':<24} {'K_II, MPa m^0.5':<24} {'both':<9} {'range':<18}"
+    walker = crack.material.paris is not None and crack.material.paris.walker_exponent != 1.0
+    wording = "range (Walker)" if walker else "range"
+    heading = f"  {'b, mm':>9} {'b/a':>7}  {'K_I, MPa m^0.5':<24} {'K_II, MPa m^0.5':<24} {'error':<9} {wording:<18}"
     yield heading + (" threshold" if crack.threshold is not None else "")
     for place in places:
         modes = " ".join(f"{values.min():.4g} to {values.max():.4g}".ljust(24) for values in crack.K[:, :, place])
@@ -175,7 +179,8 @@ def _verdict_lines(crack: Crack) -> Iterator[str]:
     if arrest == 0.0:
         line = f"no crack: at b = {crack.lengths[crack.judged]:.3g} mm the range is below the threshold"
     elif math.isinf(arrest):
-        line = f"goes through: the range stays above the threshold up to b = {crack.lengths[-1]:.4g} mm"
+        last = min(float(crack.lengths[-1]), crack.growth.end or math.inf)
+        line = f"goes through: the range stays above the threshold up to b = {last:.4g} mm"
     else:
         line = f"arrests at b = {arrest:.4g} ± {crack.values['arrest_length_error']:.2g} mm"
     bounds = [_in_words(one.arrest) for one in (crack.longest, crack.shortest)]

@@ -24,7 +24,7 @@ from fretsolve.post.fatigue.fatigue_file import write_fatigue
 from fretsolve.post.fatigue.material import read_material
 from fretsolve.post.fatigue.request import SMALLER, Average, FatigueRequest, stresses_of_cycles
 from fretsolve.post.fatigue.shakedown import ShakedownSearch, shakedown_limits
-from fretsolve.post.fatigue.stress_cycle import FatigueCycles, not_closed, stress_cycles, stresses_beside
+from fretsolve.post.fatigue.stress_cycle import FatigueCycles, elastic_body, not_closed, stress_cycles, stresses_beside
 from fretsolve.post.names import fatigue_path
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.cycles import CycleChoice, whole_path_note
@@ -100,6 +100,8 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]
     )
+    bodies = [elastic_body(cycles.attributes, number) for number in cycles.of_body]
+    gaps += [cycles.request.material.mismatch(body) for body in bodies]
     notes = whole_path_note(cycles.cycles), not_closed(widest, whole_path=not cycles.cycles[0].number), *gaps
     print_warnings(out, *dict.fromkeys(one for one in notes if one is not None))
     if not order.quiet:

@@ -117,15 +117,16 @@ class Crack:
         ):
             if value is not None:
                 found[name] = difference(value, *(math.inf if one is None else one for one in others))
+        found |= {"life_low": bounds[0].life, "life_high": bounds[1].life}
         return {name: float(value) for name, value in found.items() if value is not None}
 
 
 def crack_of(tractions: TractionHistory, request: CrackRequest, bar: Bar = lambda total: nullcontext(int)) -> Crack:
     """Return the crack that is asked for; bar: shows how many lengths are done. Raises CaseError."""
     result, _ = tractions.result, request.last_length  # refuses a final length above the thickness
-    body = _body(tractions, request)
+    body, there = _body(tractions, request), cycles_of(result)
     with placed(lambda message: request.problem(request.cycles_key, message)):
-        absolute = chosen(cycles_of(result), request.cycles)
+        absolute = chosen(there, request.cycles)
     with placed(lambda message: CaseError(message, (), result.path)):
         for one in absolute:
             require_states(one, result.steps)

@@ -48,6 +48,10 @@ def notes_of(crack: Crack, request: CrackRequest, *, line: bool, worn: bool) -> 
             f"the stress is that of {row}: K is an estimate for a crack through the width, and an upper bound for a"
             " thumbnail crack"
         )
+    if len(crack.cycles) > 1:
+        found.append("the range is the largest of the cycles, K the one of all their increments")
+    if crack.growth.life is not None:
+        found.append("error bars are those of the cells; the constants of a material scatter by far more")
     if worn:
         found.append("wear: tractions are those of the worn contact, on a half-space that is flat")
     return found

@@ -11,7 +11,7 @@ from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.post.crack.place import CrackPlace, require_finite, require_inside, require_round
 from fretsolve.post.fatigue.material import MaterialSource, placed
-from fretsolve.post.fatigue.request import cycles_before
+from fretsolve.post.fatigue.request import cycles_before, states_key
 from fretsolve.post.stress.cycles import CycleChoice, require_states
 from fretsolve.post.stress.influence import Body
 from fretsolve.problem.setup.problem import ProblemSetup
@@ -103,6 +103,6 @@ def require_crack(setup: ProblemSetup) -> None:
             require_finite(surfaces, grid, CrackPlace(request.at, 0.0, ""))
     with placed(lambda message: request.problem(request.cycles_key, message)):
         stored, cycles = cycles_before(setup, request.cycles)
-    with placed(lambda message: case.source.problem(message, ("output", "every"))):
+    with placed(lambda message: case.source.problem(message, states_key(case))):
         for cycle in cycles:
             require_states(cycle, stored)

@@ -211,7 +211,7 @@ def require_fatigue(setup: ProblemSetup, free_disk: int | None = None) -> None:
             request.average.require_length((grid.dx, grid.dx if setup.model.line else grid.dy))
     with placed(lambda message: case.source.problem(message, (*KEY, "cycle"))):
         stored, cycles = cycles_before(setup, request.cycles)
-    with placed(lambda message: case.source.problem(message, ("output", "every"))):
+    with placed(lambda message: case.source.problem(message, states_key(case))):
         for cycle in cycles:
             require_states(cycle, stored)
     states = len(states_of(cycles, stored))
@@ -251,6 +251,11 @@ def stresses_of_cycles(tractions: TractionHistory, request: FatigueRequest) -> C
         elastic = result.effective_case["bodies"][body - 1]
         request.material.with_elastic_constants(elastic).require(request.criteria)
     return ComputedTractions(tractions, found)
+
+
+def states_key(case: Case) -> KeyPath:
+    """Return the key that decides how many states have fields: output.every where it leaves some out."""
+    return ("output", "every") if case.output.every > 1 else ("load_path",)
 
 
 def cycles_before(setup: ProblemSetup, choice: CycleChoice) -> tuple[list[int], tuple[LoadCycle, ...]]:

@@ -90,6 +90,8 @@ def cycles_of(result: Result) -> list[LoadCycle]:
         raise CaseError(result.why_empty, (), result.path)
     stages = () if case is None else case.stages()
     found = load_cycles(stages, result.history["stage"], ended=result.status == "complete")
+    if not found:
+        raise CaseError("the result holds no whole cycle of its load path", (), result.path)
     if "cycles" not in result.history:
         return found
     # With wear a solved cycle stands for those up to the next one.
@@ -101,7 +103,7 @@ def cycles_of(result: Result) -> list[LoadCycle]:
 def chosen(cycles: Sequence[LoadCycle], choice: CycleChoice) -> tuple[LoadCycle, ...]:
     """Return the cycles of a choice. Raises CaseError if there is none, or not all that are chosen."""
     if not cycles:
-        raise CaseError("the load path has no cycle that the result holds")
+        raise CaseError("no cycle is there whole")
     if choice == "last":
         return (cycles[-1],)
     if choice == "all":
@@ -138,7 +140,7 @@ def require_states(cycle: LoadCycle, stored: Sequence[int]) -> None:
     if count < 3:
         which = "the cycle" if cycle.number else cycle.title
         noun = "state" if count == 1 else "states"
-        raise CaseError(f"{which} has {count} stored {noun}; 3 or more are needed (output.every)")
+        raise CaseError(f"{which} has {count} stored {noun}; 3 or more are needed")
     missing = [str(state) for state in cycle.ends if state not in there]
     if missing:
         noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"
