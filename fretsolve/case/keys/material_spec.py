@@ -107,7 +107,7 @@ class Material(CaseModel):
     )
     fatigue_range: Stress | None = Field(
         default=None,
-        description="range of stress below which a smooth specimen endures, at the same ratio of stresses",
+        description="range of stress that a smooth specimen endures, at the ratio of stresses of threshold_range",
         examples=["248 MPa"],
     )
     surface_factor: Annotated[float, InUnits(NUMBER, least=1)] = Field(

@@ -15,7 +15,7 @@ from scipy.ndimage import correlate1d
 from fretsolve.case.keys.output_spec import AverageKind
 from fretsolve.case.keys.quantity_names import SLIP_CRITERIA
 from fretsolve.case.models import Case
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, KeyPath
 from fretsolve.post.fatigue.material import MaterialSource, placed
 from fretsolve.post.fatigue.ruiz import require_slip
 from fretsolve.post.stress.cycles import (

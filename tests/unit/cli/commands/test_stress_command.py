@@ -175,7 +175,7 @@ def test_pictures_of_either_body(folder: Path, tmp_path: Path) -> None:
         maps = {body: stress_map(result, body=body) for body in (1, 2)}
         cycles = {body: stress_cycle(result, body=body, at=(0.05, 0.0)) for body in (1, 2)}
     assert maps[1].axes[0].get_ylim() == maps[2].axes[0].get_ylim()[::-1]
-    assert maps[1].axes[0].get_ylabel().replace("\n", " ") == "depth in body 1 (mm)"
+    assert maps[1].axes[0].get_ylabel().replace("\n", " ") == "depth (mm)"
     # The section is that of the body: its stresses on the surface, which is row 0, are those of the file.
     for body, figure in maps.items():
         out = tmp_path / f"{body}.h5"
