@@ -56,7 +56,7 @@ def test_output_agrees_up_to_numbers_and_what_is_left_out(shown: str, printed: s
     assert agree(shown.splitlines(), printed.splitlines()) is same
 
 
-LONG = {"crack_initiation", "measured_surface", "rig", "sweeps", "wear"}
+LONG = {"crack_initiation", "measured_surface", "rig", "sweeps", "wear", "will_it_break"}
 """Pages whose commands take many seconds."""
 
 

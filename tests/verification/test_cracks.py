@@ -244,6 +244,7 @@ def place_of(folder, surface, grid, load=2000):
 
 
 @pytest.mark.parametrize("points", [81, 96])
+@pytest.mark.slow
 def test_the_edge_of_a_contact_that_is_turned(tmp_path, points):
     """The ends of an ellipse turned by 40 degrees on its middle row, to 0.1 of a cell."""
     surface = "{ellipsoid: {radius_x: 5 mm, radius_y: 60 mm, angle: 40 deg}}"

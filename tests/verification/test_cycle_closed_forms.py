@@ -56,6 +56,7 @@ def test_partial_slip(tmp_path: Path) -> None:
     assert 0.0 < columns["slip_amplitude"] < mindlin.delta_x
 
 
+@pytest.mark.slow
 def test_partial_slip_on_a_rig(tmp_path: Path) -> None:
     """Certified: an actuator at 1.583748 um has 36 N on 50 kN/mm, where the loop begins with these slopes."""
     cycle = {"amplitude": {"actuator_x": 1.583748e-3}, "times": 2, "increments": 40}

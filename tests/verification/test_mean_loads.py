@@ -54,6 +54,7 @@ def test_unloading_in_small_increments(least, cells, increments):
     assert states[-1].summary.stick_radius == pytest.approx(exact, abs=0.15 * A / cells)
 
 
+@pytest.mark.slow
 def test_a_force_that_turns_back_askew():
     """By 165 degrees from x, in small increments: the traction behind the edge is neither along nor against the slip.
 

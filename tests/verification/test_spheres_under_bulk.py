@@ -185,6 +185,7 @@ class TestAlone:
 
 
 class TestPaths:
+    @pytest.mark.slow
     def test_automatic_increments_resolve_a_path_out_of_phase(self):
         loop = [{"Qx": 20.0}, {"bulk_2": {"xx": 200.0}}, {"Qx": -20.0}, {"bulk_2": {"xx": -200.0}}, {"Qx": 20.0}]
         automatic, fine = (

@@ -98,6 +98,7 @@ def test_lives_beyond_the_end_are_unknown(folder, crack):
     assert "not closed" not in done.stderr
 
 
+@pytest.mark.slow
 def test_the_least_life_may_begin_at_the_shortest_crack(folder, crack, tmp_path):
     text = MATERIAL.replace("coefficient: 1e-11", "coefficient: 1e-3").replace(
         "threshold_range: 2.1", "threshold_range: 0.1"
@@ -116,6 +117,7 @@ def test_too_little_memory(folder, tmp_path, monkeypatch):
     assert "GB of memory, this machine has 1e-05 GB; fewer cycles, or a larger output.every in the case" in message
 
 
+@pytest.mark.slow
 def test_the_row_of_a_crack_below_a_sphere(folder, tmp_path):
     surface = CASE.replace("plane: strain\n", "").replace("cylinder", "sphere").replace("points: 144", "points: 16")
     (tmp_path / "s.yaml").write_text(surface.replace("N/mm", "N"))
@@ -249,6 +251,7 @@ def ramps(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow
 def test_a_ramp_has_its_range_from_rest(ramps):
     """Below b = a, the shear at the edge depends on the increments by more than K_I's error bar of one solution."""
     found, material = [], ramps[0].with_name("m.yaml")

@@ -109,6 +109,7 @@ def test_a_display_that_matplotlib_does_not_have(result_folder: Path, tmp_path: 
     assert finish(*line, env=own) == (0, f"{tmp_path / 'x.png'}\n", "")
 
 
+@pytest.mark.slow
 def test_letters_that_the_font_lacks_are_no_warning(result_folder: Path, tmp_path: Path) -> None:
     text = DRAWN["hertz"].replace("bodies:", "title: 微动 接触\nbodies:").replace("points: 40", "points: 12")
     assert invoke("run", write_case(tmp_path, text), "-q").exit_code == 0

@@ -43,6 +43,7 @@ def numbers(*order: str) -> list[str]:
     return sorted(process.stdout.splitlines())
 
 
+@pytest.mark.slow
 def test_numbers_of_a_kernel_do_not_depend_on_the_ones_called_before() -> None:
     found = numbers("sum_motions", "gram", "balance")
     assert len(found) == 3

@@ -20,6 +20,7 @@ from fretsolve.post.plots.canvas import rendered
 from fretsolve.result import HistoryWriter, Result, open_result
 
 
+@pytest.mark.slow
 def test_on_axes_of_the_user_and_without_touching_settings(results: dict[str, Result]) -> None:
     before = dict(matplotlib.rcParams)
     figure = Figure()
@@ -38,6 +39,7 @@ def test_on_axes_of_the_user_and_without_touching_settings(results: dict[str, Re
     )
 
 
+@pytest.mark.slow
 def test_widths_of_a_journal_and_those_asked_for(results: dict[str, Result]) -> None:
     one, two = plots.stick_history(results["torsion"]), plots.profiles(results["mindlin"])
     assert one.get_figwidth() == pytest.approx(90.0 / 25.4)

@@ -122,6 +122,7 @@ def test_accuracy_resolves_them(tmp_path: Path) -> None:
     assert ridges(tmp_path, wave=0.1, grid={"size": 0.71}, solver=asked).grid.nx < 80
 
 
+@pytest.mark.slow
 def test_bars_are_not_small(tmp_path: Path) -> None:
     (state,) = run_with_error_bars(ridges(tmp_path))
     errors, summary = state.errors, state.summary
