@@ -12,7 +12,7 @@ from line_cases import HERTZ, LINE, STEEL, A, modulus_of
 from fretsolve import open_result
 from fretsolve.case.keys.material_spec import Material, ParisLaw
 from fretsolve.post.crack.analysis import crack_of
-from fretsolve.post.crack.growth import propagation_lives, threshold_of
+from fretsolve.post.crack.growth import GrowthRule, propagation_lives, threshold_of
 from fretsolve.post.crack.place import at_edge, rows_of_contact
 from fretsolve.post.crack.request import CrackRequest
 from fretsolve.post.crack.stress_intensity import nodes
@@ -294,3 +294,19 @@ def test_a_jump_at_the_threshold_is_exact():
     slope, start, end = 9.0 / 0.0345, lengths[0], 0.5
     beyond = math.log((16.0 + slope * end) / 25.0) / slope
     assert found[0] == pytest.approx(2.0 * 1e-3 * ((0.0345 - start) / 16.0 + beyond) / 1e-9, rel=1e-6)
+
+
+def test_a_crack_that_stops_has_no_end_of_life_unless_its_life_ends_before():
+    """The range falls below the threshold at b = 0.1 mm; the bulk stress would begin a crack deeper in 1e9 cycles."""
+    lengths = np.geomspace(1e-3, 10.0, 121)
+    material = Material(threshold_range=2.0, fatigue_range=1e5, paris=ParisLaw(coefficient=1e-11, exponent=3.0))
+    ranges = np.where(lengths < 0.1, 4.0, np.where(lengths < 1.0, 1.0, 10.0))[None]
+    initiation = np.where(lengths < 0.5, 1e5, 1e9)
+    stops = GrowthRule(material, (1.0,), final_length=8.0).growth(lengths, ranges, ranges[0], initiation)
+    assert stops.arrest == pytest.approx(0.1, rel=0.1)
+    assert (stops.life, stops.first) == (math.inf, None)
+    assert stops.deeper == pytest.approx(1e9, rel=0.1)
+    before = GrowthRule(material, (1.0,), final_length=0.05).growth(lengths, ranges, ranges[0], initiation)
+    assert before.arrest == math.inf
+    assert math.isfinite(before.life)
+    assert before.deeper is None

@@ -70,8 +70,8 @@ class FileOptions:
         target = self.target or usual
         require_ending(target, f"a file of {contents}", ".h5", ".hdf5")
         require_other(target, self.out, source)
-        require_free(target, overwrite=self.overwrite)
         require_no_result(target)
+        require_free(target, overwrite=self.overwrite)
         return FileOrder(target, self.threads, self.quiet, not self.overwrite, advice)
 
 

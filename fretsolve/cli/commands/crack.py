@@ -21,7 +21,7 @@ from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.case.source import Place
 from fretsolve.cli.commands.computed_files import chosen_cycles, positive_length_of, require_no_result
 from fretsolve.errors import CaseError
-from fretsolve.post.crack.analysis import Crack, crack_of
+from fretsolve.post.crack.analysis import LONGEST_USUAL, Crack, crack_of
 from fretsolve.post.crack.crack_file import write_crack
 from fretsolve.post.crack.growth import Growth, intrinsic_length
 from fretsolve.post.crack.notes import missing_of, notes_of, warnings_of
@@ -90,8 +90,8 @@ def crack_of_result(options: CrackOptions) -> int:
         target = options.target or crack_path(result.path)
         require_ending(target, "a file of a crack", ".h5", ".hdf5")
         require_other(target, options.out, "the result itself")
-        require_free(target, overwrite=options.overwrite)
         require_no_result(target)
+        require_free(target, overwrite=options.overwrite)
         make_folder(target.parent)
         tractions = TractionHistory(result)
         write_crack_with_messages(tractions, request, target, quiet=options.quiet, exclusive=not options.overwrite)
@@ -185,7 +185,7 @@ def _verdict_lines(crack: Crack) -> Iterator[str]:
         line = f"arrests at b = {arrest:.4g} ± {crack.values['arrest_length_error']:.2g} mm"
     bounds = [_in_words(one.arrest) for one in (crack.longest, crack.shortest)]
     if len({text.split(" at ")[0] for text in (*bounds, _in_words(arrest))}) > 1:
-        line += f"; the error bars allow {bounds[0]} to {bounds[1]}"
+        line += f"; by the error bars from '{bounds[0]}' to '{bounds[1]}'"
     yield f"  {line}"
 
 
@@ -206,8 +206,9 @@ def _life_lines(crack: Crack) -> Iterator[str]:
         return
     assert crack.initiation is not None
     bounds = [one.life for one in (crack.shortest, crack.longest)]
-    between = " to ".join("unknown" if one is None else _count(one) for one in bounds)
-    line = f"life {_cycles(growth.life)} (by the error bars {between})"
+    line = f"life {_cycles(growth.life)}"
+    if any(one != growth.life for one in bounds):
+        line += f" (by the error bars {' to '.join('unknown' if one is None else _count(one) for one in bounds)})"
     if growth.first is not None:
         first = int(np.flatnonzero(crack.lengths == growth.first)[0])
         begins, grows = float(crack.initiation[first]), float(growth.propagation[first])
@@ -215,8 +216,9 @@ def _life_lines(crack: Crack) -> Iterator[str]:
     yield f"  {line}"
     if growth.first == crack.lengths[0]:
         yield "  that is the shortest crack looked at: the life may be less"
-    if growth.first is not None and growth.first > (growth.arrest or 0.0) and crack.verdict in ("no crack", "arrests"):
-        yield "  a crack from the surface stops: this life is of a crack that begins at that depth by itself"
+    if growth.deeper is not None and math.isfinite(growth.deeper):
+        depth = f"{LONGEST_USUAL:g} half-widths of the contact"
+        yield f"  a crack that begins by itself deeper, within {depth}, takes {_cycles(growth.deeper)} in all"
     if growth.crossing is not None:
         yield f"  a crack takes as long to begin as to grow at b = {growth.crossing:.4g} mm"
 

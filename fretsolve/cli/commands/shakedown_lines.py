@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fretsolve.errors import CaseError
-from fretsolve.post.fatigue.shakedown import ShakedownSearch
+from fretsolve.post.fatigue.shakedown import Extent, ShakedownSearch
 from fretsolve.post.fatigue.stress_cycle import StressCycles
 from fretsolve.post.stress.computed_file import opened_computed
 from fretsolve.post.stress.cycles import CycleChoice, chosen, cycles_from_text
@@ -50,5 +50,8 @@ def _searched(stresses: Path, choice: CycleChoice, limits: Mapping[int, float]) 
         for number, body in bodies_of(file).items():
             of_body = StressCycles(stresses, body, cycles)
             for depth in range(len(of_body.depths)) if number in limits else ():
-                search.add(number, of_body, depth, [of_body.stress(cycle, depth) for cycle in cycles])
+                extent = Extent()
+                for cycle in cycles:
+                    extent.add(of_body.stress(cycle, depth))
+                search.add(number, of_body, depth, extent)
     return search

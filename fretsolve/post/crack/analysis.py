@@ -186,6 +186,8 @@ def _analysed(
     of_cycles = np.stack([stress_range(_states(K[0], one, 1), exponent) for one in cycles], axis=1)
     ranges, most = of_cycles[0], np.maximum(K[0, 0], 0.0).max(axis=0)
     errors = np.maximum(factor * np.abs(of_cycles[1:] - ranges).max(axis=0), error)
+    highest = np.stack([K[0, 0][list(one.states)].max(axis=0) for one in cycles])
+    errors[highest + error <= 0.0] = 0.0  # surely closed
     initiation, missing_curve = _initiation(line, place, lengths, factor, cycles, material, request.life_criterion)
     limits = request.last_length, (1.0 - 1e-9) * JUDGED * half_width, LONGEST_USUAL * half_width
     rule = GrowthRule(material, tuple(one.times for one in cycles), *limits)

@@ -149,7 +149,8 @@ class Growth:
 
     arrest: length at which it stops, 0 where it does not begin, inf where it goes through; end: length at which life
     ends; propagation, total: lives (lengths,), from a crack of each length, without and with the cycles to such a
-    crack; life: the least total life; first: the length of this crack; crossing: where both parts are equal.
+    crack; life: the least total life, endless where the crack stops; first: the length of this crack; deeper: the least
+    life of cracks that begin at a depth by themselves, where the crack stops; crossing: where both parts are equal.
     """
 
     arrest: float | None
@@ -159,6 +160,7 @@ class Growth:
     life: float | None = None
     first: float | None = None
     crossing: float | None = None
+    deeper: float | None = None
 
 
 @dataclass(frozen=True)
@@ -187,6 +189,8 @@ class GrowthRule:
         most = ranges.max(axis=0)[judged]
         arrest = None if threshold is None else arrest_length(lengths[judged], most, threshold)
         end = end_length(lengths, largest, material.toughness, self.final_length)
+        if arrest is not None and end is not None and arrest > end:
+            arrest = math.inf
         if material.paris is None or end is None:
             return Growth(arrest, end)
         propagation = propagation_lives(lengths, ranges, self.times, material.paris, threshold, end)
@@ -198,15 +202,11 @@ class GrowthRule:
             return Growth(arrest, end, propagation, total, float(initiation[0]), float(lengths[0]))
         first = int(total[:before].argmin())
         life = float(total[first])
-        return Growth(
-            arrest,
-            end,
-            propagation,
-            total,
-            life,
-            float(lengths[first]) if math.isfinite(life) else None,
-            _equal_at(lengths[:before], initiation[:before], propagation[:before]),
-        )
+        crossing = _equal_at(lengths[:before], initiation[:before], propagation[:before])
+        if arrest is not None and math.isfinite(arrest):
+            return Growth(arrest, end, propagation, total, math.inf, None, crossing, life)
+        place = float(lengths[first]) if math.isfinite(life) else None
+        return Growth(arrest, end, propagation, total, life, place, crossing)
 
 
 def _equal_at(lengths: DoubleArray, initiation: DoubleArray, propagation: DoubleArray) -> float | None:

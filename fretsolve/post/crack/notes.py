@@ -38,9 +38,11 @@ def notes_of(crack: Crack, request: CrackRequest, *, line: bool, worn: bool) -> 
         found.append(
             "where K_I <= 0 the crack is closed, and K_II is an upper bound: contact of its faces is not solved"
         )
-    if crack.lengths[0] < crack.cell:
+    decisive = [one for one in (crack.growth.first, crack.growth.arrest) if one]
+    if decisive and min(decisive) < crack.cell:
         found.append(
-            f"cracks shorter than a cell, {crack.cell:.3g} mm, see the steps of the tractions, as their error bars say"
+            f"cracks shorter than a cell, {crack.cell:.3g} mm, decide: they see the steps of the tractions, as their"
+            " error bars say"
         )
     if not line:
         row = "the row through the place" if request.at == "max" else "the row through the middle of the contact"

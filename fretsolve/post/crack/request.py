@@ -91,10 +91,11 @@ def require_crack(setup: ProblemSetup) -> None:
     case, grid = setup.case, setup.grid
     request, surfaces = case_request(case), case.effective()["surface"]
     _ = request.last_length  # refuses one above the thickness
-    if request.at == "max":
+    criterion = request.require_curve() if request.at == "max" else request.life_criterion
+    if criterion is not None and getattr(request.material.material, LIFE_CURVES[criterion]) is not None:
         body = case.bodies[(request.body or (1 if case.bodies[1] == "rigid" else 2)) - 1]
         assert body != "rigid"  # a case with such a body is refused
-        request.material.with_elastic_constants(body.model_dump()).require((request.require_curve(),))
+        request.material.with_elastic_constants(body.model_dump()).require((criterion,))
     with placed(lambda message: request.problem("at", message)):
         if request.at == "edge":
             require_round(surfaces)

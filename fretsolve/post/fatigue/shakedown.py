@@ -10,7 +10,7 @@ It is not sufficient, since the shifts of all places together must be in equilib
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +19,7 @@ from fretsolve.post.fatigue.criteria import deviator_vectors
 from fretsolve.post.fatigue.planes import smallest_ball
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycles, elastic_body
 from fretsolve.post.stress.yielding import at_place
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import DoubleArray, IndexArray
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,9 @@ class WidestPath:
         )
 
 
+Paths = Callable[[IndexArray], Sequence[DoubleArray]]
+
+
 class ShakedownSearch:
     """Keeps the widest path of each body with a yield stress, of all layers. limits: yield stresses."""
 
@@ -81,11 +84,13 @@ class ShakedownSearch:
         self.limits = limits
         self._widest: dict[int, WidestPath] = {}
 
-    def add(self, body: int, stresses: StressCycles, depth: int, paths: Sequence[DoubleArray]) -> None:
-        """Look at a layer, the number `depth`, of a body with a yield stress; paths: stress (steps, 6, points) of each
-        cycle."""
+    def add(self, body: int, stresses: StressCycles, depth: int, extent: Extent) -> None:
+        """Look at a layer, the number `depth`, of a body with a yield stress.
+
+        extent: of the paths of all cycles, whose stresses are read again where one of them may be the widest.
+        """
         before = self._widest.get(body)
-        found = widest_path(*paths, above=0.0 if before is None else before.radius)
+        found = _widest(extent, lambda points: stresses.paths(depth, points), 0.0 if before is None else before.radius)
         if found is not None:
             radius, point = found
             i, j = divmod(point, stresses.shape[1])
@@ -93,7 +98,7 @@ class ShakedownSearch:
             place = float(stresses.body.x[i]), y, float(stresses.depths[depth])
             error = float(stresses.body.columns["max_mises_error"][list(stresses.states)].max()) / math.sqrt(3.0)
             limit, averaged = self.limits[body], stresses.average is not None
-            self._widest[body] = WidestPath(body, radius, error, limit, place, averaged, len(paths))
+            self._widest[body] = WidestPath(body, radius, error, limit, place, averaged, len(stresses.cycles))
 
     def __iter__(self) -> Iterator[WidestPath]:
         return iter(self._widest.values())
@@ -102,18 +107,38 @@ class ShakedownSearch:
 def widest_path(*paths: DoubleArray, above: float = 0.0) -> tuple[float, int] | None:
     """Return the radius (sqrt(J2), MPa) of the largest ball around the paths of a point, if above `above`, and where.
 
-    paths: (steps, 6, points) of each cycle, in one ball. None if no ball exceeds. A box around paths in the six
-    components is no narrower than the paths, and leaves out most points.
+    paths: (steps, 6, points) of each cycle, in one ball. None if no ball exceeds.
     """
-    high, low = np.max([one.max(axis=0) for one in paths], axis=0), np.min([one.min(axis=0) for one in paths], axis=0)
-    half = 0.5 * (high - low)
+    extent = Extent()
+    for path in paths:
+        extent.add(path)
+    return _widest(extent, lambda chosen: [path[:, :, chosen] for path in paths], above)
+
+
+class Extent:
+    """The box around paths in the six components, (6, points), which grows path by path."""
+
+    def __init__(self) -> None:
+        self.high, self.low = np.full((1, 1), -np.inf), np.full((1, 1), np.inf)
+
+    def add(self, path: DoubleArray) -> None:
+        """Take in a path (steps, 6, points)."""
+        self.high, self.low = np.maximum(self.high, path.max(axis=0)), np.minimum(self.low, path.min(axis=0))
+
+
+def _widest(extent: Extent, paths: Paths, above: float) -> tuple[float, int] | None:
+    """Return the largest ball and its place as `widest_path` does; paths: (steps, 6, chosen) of chosen points.
+
+    A box around paths is no narrower than the paths, and leaves out most points.
+    """
+    half = 0.5 * (extent.high - extent.low)
     bounds = np.sqrt(np.array([0.5, 0.5, 0.5, 1.0, 1.0, 1.0]) @ np.square(half))
     found = None
     for points in (np.array([bounds.argmax()]), None):
         chosen = np.flatnonzero(bounds > above) if points is None else points
         if not len(chosen) or bounds[chosen].max() <= above:
             break
-        radii, _ = smallest_ball(deviator_vectors(np.concatenate([one[:, :, chosen] for one in paths])))
+        radii, _ = smallest_ball(deviator_vectors(np.concatenate(paths(chosen))))
         best = int(radii.argmax())
         if radii[best] > above:
             above = float(radii[best])

@@ -20,7 +20,7 @@ from fretsolve.post.stress.computed_file import ComputedFile, not_of_kind
 from fretsolve.post.stress.cycles import LoadCycle, chosen, cycles_from_text, require_states, states_of
 from fretsolve.post.stress.influence import COMPONENTS
 from fretsolve.post.stress.stress_file import BodyStress, bodies_of
-from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.arrays import DoubleArray, IndexArray
 from fretsolve.system.atomic_files import working_folder
 
 CLOSED_WITHIN = 0.01
@@ -80,6 +80,10 @@ class StressCycles:
         whole = (self.body.stress(index).astype(np.float64) for index in cycle.states)
         means = [self.average.of(stress, weights, self.cell) for stress in whole]
         return cycle.with_rest(np.stack(means).reshape(len(means), 6, -1))
+
+    def paths(self, depth: int, points: IndexArray) -> list[DoubleArray]:
+        """Return the stresses (steps, 6, points) of each cycle at some points of a place of `depths`."""
+        return [self.stress(cycle, depth)[:, :, points] for cycle in self.cycles]
 
 
 @dataclass(frozen=True, eq=False)

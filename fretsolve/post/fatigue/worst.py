@@ -16,7 +16,7 @@ from fretsolve.post.fatigue.blocks import BlockFields
 from fretsolve.post.fatigue.criteria import FatigueField, fatigue_field, lives_of
 from fretsolve.post.fatigue.over_cycles import OverCycles, miner_life
 from fretsolve.post.fatigue.ruiz import Sliding, ruiz_field, sliding_in
-from fretsolve.post.fatigue.shakedown import ShakedownSearch
+from fretsolve.post.fatigue.shakedown import Extent, ShakedownSearch
 from fretsolve.post.fatigue.stress_cycle import FatigueCycles, StressCycles, opening_of
 from fretsolve.post.stress.cycles import LoadCycle
 from fretsolve.post.stress.peaks import between_depths
@@ -95,18 +95,18 @@ class WorstSearch:
         """Return the fields of all criteria over all cycles at a place of the depths; show: called after each cycle."""
         names = self._cycles.request.criteria
         over = {name: OverCycles() for name in names}
-        paths: list[DoubleArray] = []
+        extent = Extent()
         for index, cycle in enumerate(self._of.cycles):
             stress = self._of.stress(cycle, depth)
             self.widest = max(self.widest, opening_of(stress))
             if self._shakedown is not None:
-                paths.append(stress)
+                extent.add(stress)
             sliding = self._sliding(cycle, depth)
             for name in names:
                 over[name].add(self._field(name, index, stress, sliding, depth))
             show()
         if self._shakedown is not None:
-            self._shakedown.add(self._body, self._of, depth, paths)
+            self._shakedown.add(self._body, self._of, depth, extent)
         fields = [over[name].field(self._of.cycles) for name in names]
         return [self._with_shortest_life(one, over[one.criterion], depth) for one in fields]
 

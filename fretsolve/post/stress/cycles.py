@@ -126,7 +126,7 @@ def whole_path_note(cycles: Sequence[LoadCycle]) -> str | None:
     if cycles[0].number:
         return None
     if not cycles[0].ended:
-        return "the load path has no `cycle`: what the result holds of it counts as one, and ends before the path does"
+        return "the load path has no `cycle`: the part of it that is there counts as one, not the whole path"
     return "the load path has no `cycle`: the whole path counts as one"
 
 
@@ -164,7 +164,8 @@ def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[i
             first = next((state for state in one.states if state in (steps if stored is None else stored)), None)
             whole = one.number > 0 or first in place or place.keys() == set(one.ends)
             from_rest = one.from_rest and whole
-            found.append(replace(one, states=states, ends=ends, from_rest=from_rest))
+            ended = one.ended and all(end in place for end in one.ends)
+            found.append(replace(one, states=states, ends=ends, from_rest=from_rest, ended=ended))
     return found
 
 

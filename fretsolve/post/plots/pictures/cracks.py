@@ -118,7 +118,7 @@ def _draw_lives(axes: Axes, crack: BodyCrack) -> None:
     endless = False
     for mark, (words, life) in zip(marks(len(known)), known.items(), strict=True):
         look = {"color": mark.color, "linestyle": mark.linestyle}
-        label = f"{words}: run-out at all lengths" if np.isposinf(life).all() else words
+        label = f"{words}: run-out at all lengths" if np.isposinf(life[~np.isnan(life)]).all() else words
         axes.plot([], [], label=label, **look)
         for length, run, leaves in _finite_runs(crack.lengths, life):
             axes.plot(length, run, **look)

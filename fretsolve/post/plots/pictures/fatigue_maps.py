@@ -90,7 +90,7 @@ def _key(panels: Sequence[Panel]) -> Iterator[Any]:
     """Yield the entries of the legend."""
     kinds, parts = {panel.kind for panel in panels}, {panel.part for panel in panels}
     yield Line2D([], [], color="black", marker="+", linestyle="", label="worst place")
-    if kinds != {"curve"}:
+    if any(panel.kind != "curve" and f"{panel.criterion}_normal" in panel.body.group for panel in panels):
         yield Line2D([], [], color="black", linewidth=2.0, label="trace of the critical plane")
     if "section" in kinds:
         yield Line2D([], [], label="contact", **CONTACT)

@@ -139,7 +139,9 @@ def test_mistakes_about_the_file_of_stresses(stresses):
     message = refused(2, "fatigue", stresses, *words, "--average", "line:50um")
     assert "needs depths from 0 to 0.1 mm, the stresses reach from 0 to 0.09 mm" in message
     assert "there are no stresses of body 1, only of body 2" in refused(2, "fatigue", stresses, *words, "--body", "1")
-    assert "exists" in refused(2, "fatigue", stresses, *words[:-1], stresses.with_name("loop.yaml").with_suffix(".h5"))
+    assert "is the result of a run" in refused(
+        2, "fatigue", stresses, *words[:-1], stresses.with_name("loop.yaml").with_suffix(".h5")
+    )
     few = stresses.with_name("few.h5")
     assert invoke("stress", stresses.with_name("loop.h5"), "--step", 5, "--step", 6, "-q", "-o", few).exit_code == 0
     assert "no cycle is there whole" in refused(2, "fatigue", few, *words)
@@ -256,7 +258,9 @@ def test_a_result_that_ends_before_its_path_is_told(tmp_path):
     path = "load_path: [{P: 100 N, increments: 2}, {Qx: 20 N, increments: 4}]\n"
     out = write_case(tmp_path, SPHERE + path, "slide.yaml").with_suffix(".h5")
     assert invoke("run", out.with_suffix(".yaml"), "-q").exit_code == 3
-    note = f"{out}: warning: the load path has no `cycle`: what the result holds of it counts as one, and ends before"
+    note = (
+        f"{out}: warning: the load path has no `cycle`: the part of it that is there counts as one, not the whole path"
+    )
     words = ("--material", KEYS, "--criterion", "crossland", "-q", "--overwrite")
     assert invoke("fatigue", out, *words).stderr.startswith(note)
     assert invoke("crack", out, "-q").stderr.startswith(note)

@@ -75,7 +75,7 @@ def test_a_path_without_cycles_counts_as_one(tmp_path: Path) -> None:
 def test_a_path_that_has_not_ended_is_told(tmp_path: Path) -> None:
     stages = load_case(write_case(tmp_path, f"{SPHERE}load_path: [{{P: 4 N}}, {{Qx: 1 N}}]\n")).stages()
     cycles = load_cycles(stages, np.array([1, 1, 2]), ended=False)
-    note = "the load path has no `cycle`: what the result holds of it counts as one, and ends before the path does"
+    note = "the load path has no `cycle`: the part of it that is there counts as one, not the whole path"
     assert whole_path_note(cycles_from_text(cycles_as_text(cycles))) == note
 
 
