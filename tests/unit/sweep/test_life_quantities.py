@@ -126,7 +126,7 @@ def test_a_sweep_collects_where_cracks_stop_and_what_is_not_known(tmp_path):
     path = LINE.partition("load_path")[0] + CRACK
     path += "load_path: [{P: 100 N/mm}, {cycle: {amplitude: {Qx: 18 N/mm, bulk_2: {xx: 0 MPa}}, times: 2}}]\n"
     key = "load_path.1.cycle.amplitude.bulk_2.xx"
-    text = f"case: case.yaml\naxes: [{key}: [0 MPa, 400 MPa]]\nquantities: [crack-arrest-length, crack_life]\n"
+    text = f"case: case.yaml\naxes: [{key}: [0 MPa, 400 MPa]]\nquantities: [crack-arrest-length]\n"
     file = write_sweep(tmp_path, text, path)
     assert invoke("sweep", "run", file, "-q", "-j", 1).exit_code == 0
     folder = tmp_path / "sweep.sweep"
@@ -135,11 +135,12 @@ def test_a_sweep_collects_where_cracks_stop_and_what_is_not_known(tmp_path):
         rows = list(csv.DictReader(table))
     lengths = [row["crack_arrest_length (mm)"] for row in rows]
     assert lengths == ["0", "inf"]
-    assert [row["crack_life (cycles)"] for row in rows] == ["", ""]
     times = [path.stat().st_mtime_ns for path in sorted((folder / "results").glob("*.crack.h5"))]
     assert len(times) == 2
     next((folder / "results").glob("*.crack.h5")).unlink()
     assert invoke("sweep", "run", file, "-q", "-j", 1).exit_code == 0
     assert len(list((folder / "results").glob("*.crack.h5"))) == 2
     assert invoke("sweep", "plot", folder, "--quantity", "crack-arrest-length").exit_code == 0
-    assert "no case has a value of crack_life" in refused(2, "sweep", "plot", folder, "--quantity", "crack_life")
+    file.write_text(text.replace("length]", "length, crack_life]"))
+    told = refused(2, "sweep", "run", file, "-o", tmp_path / "other")
+    assert "quantities.1: crack_life needs an end of life" in told

@@ -98,7 +98,7 @@ def swept(tmp_path_factory):
     folder = tmp_path_factory.mktemp("swept")
     (folder / "steel.yaml").write_text(STEEL)
     (folder / "c.yaml").write_text(TWO_CYCLES + FATIGUE.replace("output: {", "output: {stress: {depths: [0 mm]}, "))
-    quantities = "[findley_max, crossland_max, swt_max, max_tension]"
+    quantities = "[findley_max, crossland_max, max_tension]"
     (folder / "s.yaml").write_text(f"case: c.yaml\naxes:\n  - friction: [0.1, 0.3, 0.5]\nquantities: {quantities}\n")
     assert invoke("sweep", "run", folder / "s.yaml", "-q", "-j", 1).exit_code == 0
     return folder / "s.sweep"
@@ -118,13 +118,12 @@ def test_a_sweep_collects_the_largest_parameters(swept, tmp_path):
         with h5py.File(swept / "results" / f"{row['id']}.fatigue.h5") as file:
             worst = file["fatigue/body_2/findley"].attrs["worst"]
         assert float(row["findley_max (MPa)"]) == pytest.approx(worst, rel=1e-9)
-        assert row["swt_max (MPa)"] == ""
         assert float(row["max_tension (MPa)"]) > float(row["max_tension error (MPa)"]) > 0.0
     assert float(rows[0]["crossland_max (MPa)"]) > 0.0
     for name, text in (("c.yaml", TWO_CYCLES), ("s.yaml", (swept.with_suffix(".yaml")).read_text())):
         (tmp_path / name).write_text(text)
     assert "output.fatigue in the case is needed" in refused(2, "sweep", "run", tmp_path / "s.yaml")
-    (tmp_path / "s.yaml").write_text(text.replace("findley_max, crossland_max, swt_max, ", ""))
+    (tmp_path / "s.yaml").write_text(text.replace("findley_max, crossland_max, ", ""))
     assert "output.stress in the case is needed" in refused(2, "sweep", "run", tmp_path / "s.yaml")
     (tmp_path / "s.yaml").write_text(text.replace("findley_max", "findley_max@2"))
     assert "findley_max has one value of the whole run, not one of each stage; leave @2 out" in refused(
