@@ -417,6 +417,7 @@ class TestBulkStress:
 
     @pytest.mark.parametrize("points", [2800, pytest.param(4096, marks=pytest.mark.slow)])
     @pytest.mark.parametrize(("part", "b"), [(0.3, 300.0), (0.77, 5.0), (0.95, 30.0)])
+    @pytest.mark.slow
     def test_large_stress_on_fine_grids(self, points, part, b):
         stage = {"Qx": part * FRICTION * LOAD, "bulk_2": {"xx": b * self.UNIT}, "increments": 1}
         state = solve_line(grid={"points": points, "size": 0.28}, load_path=[{"P": LOAD}, stage])[-1]

@@ -58,6 +58,7 @@ def test_values_at_128_points(errors):
         assert abs(error) < allowed, (name, stage)
 
 
+@pytest.mark.slow
 def test_order_of_the_grid():
     """The root mean square over three sizes of the cells, since the circle cuts cells otherwise in each grid."""
     mean = []

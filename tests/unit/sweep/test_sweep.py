@@ -106,6 +106,7 @@ def test_sweep_is_collected(swept: Path, tmp_path: Path) -> None:
         assert last["fields/pressure"].shape == (3, 12, 12)
 
 
+@pytest.mark.slow
 def test_equal_cases_are_run_once(tmp_path: Path) -> None:
     path = write_sweep(tmp_path, "case: case.yaml\naxes:\n  - title: [a, b, c]\n  - grid.points: [8, '8']\n")
     assert invoke("sweep", "run", path).exit_code == 2  # text is no number of points
@@ -283,6 +284,7 @@ def test_more_tasks_than_slurm_takes(tmp_path: Path, monkeypatch: pytest.MonkeyP
     )
 
 
+@pytest.mark.slow
 def test_quiet_sweep_tells_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path, folder = write_sweep(tmp_path, "case: case.yaml\naxes: [friction: [0.1]]\n"), tmp_path / "sweep.sweep"
     manifest = make_sweep_plan(path, folder).manifest

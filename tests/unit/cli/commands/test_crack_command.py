@@ -162,6 +162,7 @@ def test_what_is_missing_is_left_out(folder, crack):
     assert "no initiation and total life: the material lacks shear_strain_life" in done.stdout
 
 
+@pytest.mark.slow
 def test_cycles_and_blocks(folder, crack, tmp_path):
     (tmp_path / "b.csv").write_text("cycle,times\n1,1000\n2,1\n")
     words = ("--material", folder / "m.yaml", "--final-length", "0.05 mm")

@@ -128,6 +128,7 @@ class TestCases:
         told = refused(2, "run", heights_case(tmp_path, "file: scan.txt, spacing: 0.9 mm"))
         assert "the points of the map are 0.9 mm apart along x" in told and "is the spacing right?" in told
 
+    @pytest.mark.slow
     def test_picture_of_the_surface_of_a_result(self, tmp_path: Path) -> None:
         text_map(tmp_path, tilted_ball(slope=0.0))
         case = heights_case(tmp_path, "file: scan.txt, spacing: 5 um")

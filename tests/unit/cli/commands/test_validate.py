@@ -120,6 +120,7 @@ print(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1
         pytest.param((UNLIKE, "load_path.1.increments=1"), id="coupled", marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_estimated_memory(sets: tuple[str, ...], tmp_path: Path) -> None:
     case = write_case(tmp_path)
     values = ["grid.points=256", *sets]
