@@ -26,6 +26,7 @@ from fretsolve.post.crack.stress_line import StressLine, stress_line
 from fretsolve.post.fatigue.criteria import fatigue_field, lives_of
 from fretsolve.post.fatigue.material import placed
 from fretsolve.post.fatigue.over_cycles import miner_life
+from fretsolve.post.fatigue.stress_cycle import opening_of
 from fretsolve.post.stress.cycles import LoadCycle, chosen, cycles_of, require_states, states_of, within
 from fretsolve.post.stress.influence import Body
 from fretsolve.post.stress.tractions import TractionHistory
@@ -101,7 +102,7 @@ class Crack:
 
     @property
     def values(self) -> dict[str, float]:
-        """What is known of arrest and life, with error bars, by names."""
+        """Arrest and life as far as they are known, with error bars, by names."""
         growth, bounds = self.growth, (self.shortest, self.longest)
         found = {
             "half_width": self.half_width,
@@ -133,7 +134,7 @@ def crack_of(tractions: TractionHistory, request: CrackRequest, bar: Bar = lambd
         steps = states_of(absolute, result.steps)
         rows = rows_of_contact(tractions, steps)
         line = stress_line(tractions, steps, body)
-    cycles = tuple(_within(absolute, steps))
+    cycles = tuple(within(absolute, steps))
     source = request.material.with_elastic_constants(result.effective_case["bodies"][body - 1])
     if request.at == "max":
         source.require((request.require_curve(),))
@@ -147,16 +148,6 @@ def crack_of(tractions: TractionHistory, request: CrackRequest, bar: Bar = lambd
     half_width = max(row.half_width for row in rows)
     lengths, K = _stress_intensities(line, place, half_width, source.material, request, bar)
     return _analysed(line, place, half_width, tractions.grid.dx, cycles, source.material, request, lengths, K)
-
-
-def _within(cycles: Sequence[LoadCycle], steps: Sequence[int]) -> list[LoadCycle]:
-    """Return cycles with their states as places among `steps`."""
-    return [one for cycle in cycles for one in within([cycle], steps)]
-
-
-def _states(values: DoubleArray, cycle: LoadCycle, axis: int = 0) -> DoubleArray:
-    """Return values in the states of a cycle, which lie along `axis`; 0 first if the cycle begins unloaded."""
-    return cycle.with_rest(np.take(values, cycle.states, axis), axis)
 
 
 def _body(tractions: TractionHistory, request: CrackRequest) -> Body:
@@ -183,7 +174,7 @@ def _analysed(
     factor = BLOCKS * np.sqrt(np.clip(cell / lengths, 1.0, SHORT))
     error = factor * np.abs(K[:, 1:] - K[:, :1]).max(axis=(0, 1, 2)) + WEIGHT_ERROR * np.abs(K[:, 0]).max(axis=(0, 1))
     exponent = 1.0 if material.paris is None else material.paris.walker_exponent
-    of_cycles = np.stack([stress_range(_states(K[0], one, 1), exponent) for one in cycles], axis=1)
+    of_cycles = np.stack([stress_range(one.of(K[0], 1), exponent) for one in cycles], axis=1)
     ranges, most = of_cycles[0], np.maximum(K[0, 0], 0.0).max(axis=0)
     errors = np.maximum(factor * np.abs(of_cycles[1:] - ranges).max(axis=0), error)
     highest = np.stack([K[0, 0][list(one.states)].max(axis=0) for one in cycles])
@@ -202,9 +193,8 @@ def _analysed(
     )
     alone = GrowthRule(material, (1.0,), *limits)
     of_each = [
-        alone.growth(lengths, ranges[[index]], K[0, 0, list(one.states)].max(axis=0), first)
-        for index, one in enumerate(cycles)
-        for first in [None if initiation is None else initiation[0, index]]
+        alone.growth(lengths, ranges[[index]], highest[index], None if initiation is None else initiation[0, index])
+        for index in range(len(cycles))
     ]
     threshold = threshold_of(material)
     return Crack(
@@ -228,14 +218,8 @@ def _analysed(
         material=material,
         criterion=request.life_criterion,
         missing_curve=missing_curve,
-        opening=max(_opening(_states(K[:, 0], one, 1)) for one in cycles),
+        opening=max(opening_of(one.of(K[:, 0], 1).swapaxes(0, 1)) for one in cycles),
     )
-
-
-def _opening(K: DoubleArray) -> float:
-    """Return the largest change of K (2, states, lengths) from first to last state over its largest range."""
-    largest = float((K.max(axis=1) - K.min(axis=1)).max())
-    return float(np.abs(K[:, -1] - K[:, 0]).max()) / largest if largest > 0.0 else 0.0
 
 
 def crack_lengths(half_width: float, begin: int, longest: float) -> DoubleArray:
@@ -296,7 +280,7 @@ def _initiation(
         stress = line.stress((place.x, place.y), lengths).transpose(1, 2, 0, 3)
         values = np.array(
             [
-                [fatigue_field(criterion, material, _states(variant, one), refine_all=True).value for one in cycles]
+                [fatigue_field(criterion, material, one.of(variant), refine_all=True).value for one in cycles]
                 for variant in stress
             ]
         )

@@ -51,7 +51,7 @@ _OVER_LENGTH = {
     "propagation_life": ("1", "cycles from a crack of the length to the end, NaN beyond it"),
     "total_life": ("1", "sum of initiation_life and propagation_life, NaN beyond the end"),
 }
-_OVER_CYCLES = {"cycle_range": "range of K_I over each cycle"}
+_OVER_CYCLES = "range of K_I over each cycle"
 
 
 def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool = False) -> None:
@@ -77,7 +77,7 @@ def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool =
             create_column(group, Quantity(name, *_OVER_LENGTH[name]), column, length)
         if len(crack.cycles) > 1:
             cycle = create_column(group, CYCLE, [one.number for one in crack.cycles])
-            _store(group, "cycle_range", [cycle, length], crack.cycle_ranges, _INTENSITY, _OVER_CYCLES["cycle_range"])
+            _store(group, "cycle_range", [cycle, length], crack.cycle_ranges, _INTENSITY, _OVER_CYCLES)
         known = {"x": crack.place.x, "y": crack.place.y, "verdict": crack.verdict, "values": crack.values}
         group.attrs.update({name: value for name, value in known.items() if isinstance(value, float | str)})
         group.attrs.update(crack.values)

@@ -1,4 +1,4 @@
-"""Whether a crack stops, and how many cycles it takes to grow, from its range of stress intensity over its length.
+"""Find where a crack stops, and in how many cycles it grows, from its range of stress intensity over its length.
 
 Thresholds are those of Kitagawa & Takahashi (1976) with El Haddad, Smith & Topper (1979): a crack of length b grows
 where its range is at least K_0 sqrt(b/(b + b_0)), with b_0 = (K_0/(f S_0))^2/pi. Growth in a cycle is Paris's.
@@ -145,7 +145,7 @@ def _grows(lengths: DoubleArray, ranges: DoubleArray, logarithms: DoubleArray) -
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """How a crack grows; attributes are None where the material lacks a constant for them.
+    """The growth of a crack; attributes are None where the material lacks a constant for them.
 
     arrest: length at which it stops, 0 where it does not begin, inf where it goes through; end: length at which life
     ends; propagation, total: lives (lengths,), from a crack of each length, without and with the cycles to such a
@@ -165,7 +165,7 @@ class Growth:
 
 @dataclass(frozen=True)
 class GrowthRule:
-    """What growth follows from, besides stress intensities and initiation.
+    """The constants that growth follows from, besides stress intensities and initiation.
 
     times: how often each cycle occurs; judged_from: the length (mm) from which on a crack may stop; begins_below: the
     length (mm) up to which the crack of the least total life may begin.

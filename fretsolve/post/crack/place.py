@@ -139,7 +139,7 @@ def at_largest(
     held = 2.0 * 8.0 * len(COMPONENTS) * math.prod(request.shape) * len(line.steps)
     require_memory(held + request.memory(1), f"the stresses on the surface in {len(line.steps)} increments")
     stress = np.array([layer.stress.reshape(6, -1) for layer in layers(tractions, request)])
-    values = [fatigue_field(criterion, material, one.with_rest(stress[list(one.states)])).value for one in cycles]
+    values = [fatigue_field(criterion, material, one.of(stress)).value for one in cycles]
     value = np.max(values, axis=0)
     worst = int(value.argmax())
     if not value[worst] > 0.0:

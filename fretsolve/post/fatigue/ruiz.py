@@ -25,7 +25,7 @@ UNITS = RUIZ.stored
 
 @dataclass(frozen=True, eq=False)
 class Sliding:
-    """What slides on the surface over a cycle.
+    """Shear and slip on the surface over a cycle.
 
     shear: size of the shear traction (steps, points) in MPa; amplitude: radius of the smallest circle around the path
     of slip (points,) in mm, half of its range if it is straight; direction: of the slip, (2, points), of length 1.

@@ -1,4 +1,4 @@
-"""Whether a body may shake down elastically over a cycle, by Melan's theorem.
+"""Look whether a body may shake down elastically over cycles, by Melan's theorem.
 
 It shakes down if residual stresses in equilibrium keep the stress at each place and time within yield. A residual
 stress shifts the path of the deviator as a whole. So no place may have a path that is wider than the yield surface:
@@ -90,7 +90,9 @@ class ShakedownSearch:
         extent: of the paths of all cycles, whose stresses are read again where one of them may be the widest.
         """
         before = self._widest.get(body)
-        found = _widest(extent, lambda points: stresses.paths(depth, points), 0.0 if before is None else before.radius)
+        found = widest_path(
+            extent, lambda points: stresses.paths(depth, points), 0.0 if before is None else before.radius
+        )
         if found is not None:
             radius, point = found
             i, j = divmod(point, stresses.shape[1])
@@ -104,17 +106,6 @@ class ShakedownSearch:
         return iter(self._widest.values())
 
 
-def widest_path(*paths: DoubleArray, above: float = 0.0) -> tuple[float, int] | None:
-    """Return the radius (sqrt(J2), MPa) of the largest ball around the paths of a point, if above `above`, and where.
-
-    paths: (steps, 6, points) of each cycle, in one ball. None if no ball exceeds.
-    """
-    extent = Extent()
-    for path in paths:
-        extent.add(path)
-    return _widest(extent, lambda chosen: [path[:, :, chosen] for path in paths], above)
-
-
 class Extent:
     """The box around paths in the six components, (6, points), which grows path by path."""
 
@@ -126,9 +117,10 @@ class Extent:
         self.high, self.low = np.maximum(self.high, path.max(axis=0)), np.minimum(self.low, path.min(axis=0))
 
 
-def _widest(extent: Extent, paths: Paths, above: float) -> tuple[float, int] | None:
-    """Return the largest ball and its place as `widest_path` does; paths: (steps, 6, chosen) of chosen points.
+def widest_path(extent: Extent, paths: Paths, above: float = 0.0) -> tuple[float, int] | None:
+    """Return the radius (sqrt(J2), MPa) of the largest ball around the paths of a point, if above `above`, and where.
 
+    extent: of all paths; paths: (steps, 6, chosen) of each cycle at chosen points, in one ball. None if none exceeds.
     A box around paths is no narrower than the paths, and leaves out most points.
     """
     half = 0.5 * (extent.high - extent.low)

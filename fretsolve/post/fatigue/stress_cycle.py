@@ -166,7 +166,7 @@ def elastic_body(attributes: Any, number: int) -> dict[str, Any]:
 def opening_of(stress: DoubleArray) -> float:
     """Return how far a cycle misses its beginning: the largest change of a stress over the largest range of one.
 
-    stress: (steps, 6, points) in MPa.
+    stress: (steps, components, points); of a crack its stress intensities.
     """
     largest = float((stress.max(axis=0) - stress.min(axis=0)).max(initial=0.0))
     return float(np.abs(stress[-1] - stress[0]).max(initial=0.0)) / largest if largest > 0.0 else 0.0

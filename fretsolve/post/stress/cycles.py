@@ -57,6 +57,10 @@ class LoadCycle:
         """Return values over the states along `axis`, with 0 before the first one if the cycle begins unloaded."""
         return np.insert(values, 0, 0.0, axis) if self.from_rest else values
 
+    def of(self, values: DoubleArray, axis: int = 0) -> DoubleArray:
+        """Return values of a history, whose states lie along `axis`, in the states of the cycle, with 0 at rest."""
+        return self.with_rest(np.take(values, self.states, axis), axis)
+
 
 def load_cycles(stages: Sequence[Stage], column: NDArray[Any], *, ended: bool = True) -> list[LoadCycle]:
     """Return the cycles that a history holds whole, or its whole path as the only cycle if the path has no cycle.

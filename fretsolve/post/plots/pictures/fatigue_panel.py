@@ -59,7 +59,7 @@ class Panel:
 
     @cached_property
     def values(self) -> DoubleArray:
-        """What is drawn, over depth, x and y; NaN where it has no colour."""
+        """The values that are drawn, over depth, x and y; NaN where it has no colour."""
         if not self.part:
             return self.parameter
         found = self.body.field(f"{self.criterion}_{self.part}")

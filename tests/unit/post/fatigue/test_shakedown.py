@@ -11,13 +11,21 @@ from small_cases import SPHERE, TWO_CYCLES, write_case
 
 from fretsolve.post.fatigue.criteria import deviator_vectors
 from fretsolve.post.fatigue.planes import smallest_ball
-from fretsolve.post.fatigue.shakedown import WidestPath, widest_path
+from fretsolve.post.fatigue.shakedown import Extent, WidestPath, widest_path
 
 CROSSLAND = ("--material", "tension_limit=300 MPa,torsion_limit=190 MPa", "--criterion", "crossland")
 
 
 def path(*states: tuple[float, ...]) -> np.ndarray:
     return np.array(states, float)[:, :, None]
+
+
+def widest_of(*paths: np.ndarray, above: float = 0.0) -> tuple[float, int] | None:
+    """Return the radius of the widest ball around paths at hand, and its place."""
+    extent = Extent()
+    for one in paths:
+        extent.add(one)
+    return widest_path(extent, lambda points: [one[:, :, points] for one in paths], above)
 
 
 @pytest.mark.parametrize(
@@ -33,7 +41,7 @@ def path(*states: tuple[float, ...]) -> np.ndarray:
 )
 def test_least_yield_stress_of_simple_cycles(states: np.ndarray, largest: float) -> None:
     """A cycle shakes down if the yield stress is at least sqrt(3) times the radius."""
-    found = widest_path(states)
+    found = widest_of(states)
     assert (0.0 if found is None else 3**0.5 * found[0]) == pytest.approx(largest, abs=1e-9)
 
 
@@ -41,9 +49,9 @@ def test_bounds_leave_out_no_widest_path() -> None:
     stress = np.random.default_rng(5).normal(size=(7, 6, 300)) * np.linspace(0.5, 1.0, 300)
     radii, _ = smallest_ball(deviator_vectors(stress))
     for paths in ((stress,), (stress[:3], stress[3:])):
-        radius, point = widest_path(*paths) or (0.0, 0)
+        radius, point = widest_of(*paths) or (0.0, 0)
         assert (radius, point) == (pytest.approx(radii.max(), rel=1e-12), radii.argmax())
-    assert widest_path(stress, above=radii.max() * (1 + 1e-9)) is None
+    assert widest_of(stress, above=radii.max() * (1 + 1e-9)) is None
 
 
 UNKNOWN = "whether elastic shakedown is possible cannot be said, since stress has no bound at a sharp edge or tip"
