@@ -181,6 +181,7 @@ load_path:
         - {{Qx: 0 {unit}, increments: 1}}
       times: {cycles}
 output: {{every: {every}}}
+expect: [{{quantity: stick_cells, value: 1, abs: 1000, stage: 1}}]
 """
 
 
