@@ -37,3 +37,6 @@ LINE_CYCLE_DIMENSIONS = {
     for name, dimension in CYCLE_DIMENSIONS.items()
 }
 """The same in a line contact."""
+
+CYCLES_WITH_BARS = tuple(name for name in CYCLE_DIMENSIONS if name != "slip_amplitude" and not name.endswith("_drift"))
+"""Quantities of cycles that have error bars where the history has."""

@@ -102,7 +102,7 @@ def accuracy_lines(setup: ProblemSetup) -> list[str]:
     if setup.case.solver.accuracy is None:
         return []
     picked = ", ".join(setup.picked) or "nothing: all settings are given"
-    return [f"accuracy {percent(setup.case.solver.accuracy)} picks {picked}"]
+    return [f"accuracy {percent(setup.case.solver.accuracy.target)} picks {picked}"]
 
 
 def path_length(setup: ProblemSetup) -> str:

@@ -9,14 +9,15 @@ from __future__ import annotations
 import itertools
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from fretsolve.case.cycle_quantities import CYCLES_WITH_BARS
 from fretsolve.case.dimensions import percent
-from fretsolve.case.history import ACTUATORS, COMPONENTS
+from fretsolve.case.history import ACTUATORS, COMPONENTS, EXTENTS
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -37,13 +38,16 @@ SCALES = {
     **dict.fromkeys(("phi_x", "phi_y"), "the largest delta_z over the contact radius"),
     **dict.fromkeys(("actuator_x", "actuator_y"), "the largest tangential displacement of the actuator"),
     **dict.fromkeys(("actuator_phi_x", "actuator_phi_y"), "the largest delta_z over the contact radius"),
-    "stick_radius": "the largest contact radius",
+    **dict.fromkeys(("stick_radius", *EXTENTS), "the largest contact radius"),
     "work_total": "its largest value, or of a thousandth of P times delta_z if that is more",
 }
 """The scales of errors in words; any other quantity has its largest value at the ends of stages as its scale."""
 
-JUDGED_QUANTITIES = (*itertools.chain(*COMPONENTS), "contact_radius", "stick_radius", "max_pressure", "work_total")
-"""The columns of the history that an accuracy is about, motions of the actuator where there is a rig."""
+USUAL = (*itertools.chain(*COMPONENTS), "contact_radius", "work_total")
+"""The columns of the history that an accuracy is about unless it names others; motions of the actuator with a rig."""
+
+SCALED = (*USUAL, *EXTENTS, "stick_radius", "max_pressure", "spring_energy", "wear_volume", "wear_depth_max")
+"""The columns of the history that an accuracy may be about."""
 
 
 POINTS_ORDER, MOST_REFINED = 1.4, 4.0
@@ -62,16 +66,17 @@ POINTS_DIVISOR = 6
 class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
-    worst: the largest bar over its scale, NaN where one is unknown; quantity, stage: where it is; corrected: whether
-    the bar belongs to a corrected value; unbounded: quantities left out, since no bar holds them; unseen: whether the
-    dissipated energy is left out, as it is 0 and may not be; advice: key and value of settings with which the accuracy
-    may be met; far: of what it would take more than MOST_REFINED times as many.
+    worst: the largest bar over its scale, NaN where one is unknown; quantity, place: of what and where it is, such as
+    "at the end of stage 2"; corrected: whether the bar belongs to a corrected value; unbounded: quantities left out,
+    since no bar holds them; unseen: whether the dissipated energy is left out, as it is 0 and may not be; advice: key
+    and value of settings with which the accuracy may be met; far: of what it would take more than MOST_REFINED times
+    as many.
     """
 
     accuracy: float
     worst: float
     quantity: str
-    stage: int
+    place: str
     corrected: bool = False
     unbounded: tuple[str, ...] = ()
     unseen: bool = False
@@ -86,8 +91,8 @@ class Verdict:
     def __str__(self) -> str:
         asked = f"accuracy {percent(self.accuracy)}"
         if math.isnan(self.worst):
-            return f"{asked} is not proved: there are no error bars from stage {self.stage} on"
-        of = f"{'the corrected ' * self.corrected}{self.quantity} at the end of stage {self.stage}"
+            return f"{asked} is not proved: there is no error bar of {self.quantity} {self.place}"
+        of = f"{'the corrected ' * self.corrected}{self.quantity} {self.place}"
         scale = SCALES.get(self.quantity, "its largest value")
         left_out = f"; {', '.join(self.unbounded)} is unbounded and does not count" if self.unbounded else ""
         if self.unseen:
@@ -100,35 +105,88 @@ class Verdict:
         return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{advised}{left_out}"
 
 
-def verdict_of(effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray]) -> Verdict | None:
-    """Judge a run by the case in its result."""
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """The error bars of a quantity where it is judged: at the ends of stages, or of cycles.
+
+    bars, changes: error bars, and the sizes of the corrections for the number of increments, over the scale (n,); of a
+    cycle the latter are 0. numbers: of the stages or cycles; steps: the last increments, none of cycles.
+    """
+
+    quantity: str
+    column: str
+    scale: float
+    bars: DoubleArray
+    changes: DoubleArray
+    numbers: IndexArray
+    steps: IndexArray | None = None
+
+    def place(self, index: int) -> str:
+        """Return where the bar `index` is, in words."""
+        number = int(self.numbers[index])
+        return f"in cycle {number}" if self.steps is None else f"at the end of stage {number}"
+
+
+Cycles = Callable[[], Mapping[str, Any] | None]
+"""Returns the columns of the table of cycles, None without any."""
+
+
+def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles) -> list[Judged]:
+    """Return the error bars that an accuracy is about, some perhaps infinite or NaN.
+
+    of: quantities, none for the usual ones. Loads and displacements that are 0 but for rounding have no place in it.
+    """
+    ends = stage_ends(history["stage"])
+    known = scales(history, ends)
+    found = []
+    for name in of or USUAL:
+        if known.get(name, 0.0) > 0.0 and not _is_nothing(name, history, ends):
+            column, scale = best_column(name, history), known[name]
+            bars, change = history[column + ERROR_SUFFIX][ends], history[column][ends] - history[name][ends]
+            changes = np.nan_to_num(np.abs(change) / scale)
+            numbers = history["stage"][ends].astype(int)
+            found.append(Judged(name, column, scale, bars / scale, changes, numbers, ends))
+    of_cycles = [name for name in of if name in CYCLES_WITH_BARS]
+    table = (cycles() if of_cycles else None) or {}
+    for name in of_cycles:
+        column = best_column(name, table)
+        if (scale := float(np.nanmax(np.abs(table.get(column, np.zeros(1))), initial=0.0))) > 0.0:
+            bars = table[column + ERROR_SUFFIX] / scale
+            found.append(Judged(name, column, scale, bars, np.zeros(len(bars)), table["cycle"]))
+    return found
+
+
+def verdict_of(
+    effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray], cycles: Cycles = lambda: None
+) -> Verdict | None:
+    """Judge a run by the case in its result; None without an accuracy or error bars."""
+    accuracy = effective_case.get("solver", {}).get("accuracy")
+    if accuracy is None or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
+        return None
     points = effective_case.get("grid", {}).get("points") or ()
-    return verdict(effective_case.get("solver", {}), history, [points] if isinstance(points, int) else points)
+    bars = judged(accuracy.get("of", ()), history, cycles)
+    return verdict(accuracy["target"], bars, history, [points] if isinstance(points, int) else points)
 
 
 def verdict(
-    solver: Mapping[str, object], history: Mapping[str, DoubleArray], points: Sequence[int] = ()
-) -> Verdict | None:
-    """Judge a run by its history and the values under ``solver``; None without an accuracy or error bars.
+    accuracy: float, bars: Sequence[Judged], history: Mapping[str, DoubleArray], points: Sequence[int] = ()
+) -> Verdict:
+    """Judge a run by its error bars and its history.
 
     points: of the grid along x and y, in line contact along x alone, which advice on them needs.
     """
-    accuracy = solver.get("accuracy")
-    if not isinstance(accuracy, float) or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
-        return None
-    ends = stage_ends(history["stage"])
-    large = {name: scale for name, scale in scales(history, ends).items() if scale > 0.0}
-    known = {name: one for name, one in large.items() if not _is_nothing(name, history, ends)} or {"P": math.inf}
-    columns = {name: best_column(name, history) for name in known}
-    bars = {name: history[columns[name] + ERROR_SUFFIX][ends] / scale for name, scale in known.items()}
-    unbounded = tuple(name for name, its in bars.items() if np.isinf(its).any())
-    judged = [name for name in known if name not in unbounded]
-    of_judged = np.array([bars[name] for name in judged])
-    which, end = np.unravel_index(np.argmax(of_judged), of_judged.shape)  # the bar that is NaN, if there is one
-    name, worst = judged[which], float(of_judged[which, end])
-    stage, corrected = int(history["stage"][ends[end]]), columns[name] != name
-    found = Verdict(accuracy, worst, name, stage, corrected, unbounded, hides_energy(history))
-    return found if found.met else _with_advice(found, known[name], history, int(ends[end]), points)
+    unbounded = tuple(one.quantity for one in bars if np.isinf(one.bars).any())
+    bounded = [one for one in bars if one.quantity not in unbounded]
+    if not bounded:
+        return Verdict(accuracy, math.nan, "what it is about", "in the result", False, unbounded)
+    peaks = [float(one.bars.max()) for one in bounded]
+    worst = bounded[int(np.argmax(peaks))]  # the one with a NaN, if there is one
+    index = int(np.argmax(worst.bars))
+    corrected, unseen = worst.column != worst.quantity, hides_energy(history)
+    found = Verdict(
+        accuracy, float(worst.bars[index]), worst.quantity, worst.place(index), corrected, unbounded, unseen
+    )
+    return found if found.met else _with_advice(found, worst, index, history, points)
 
 
 def hides_energy(history: Mapping[str, DoubleArray]) -> bool:
@@ -152,24 +210,21 @@ def why_no_bars(history: Mapping[str, DoubleArray]) -> str:
 
 
 def _with_advice(
-    missed: Verdict, scale: float, history: Mapping[str, DoubleArray], step: int, points: Sequence[int]
+    missed: Verdict, worst: Judged, index: int, history: Mapping[str, DoubleArray], points: Sequence[int]
 ) -> Verdict:
-    """Return the verdict with the key and value of more points or increments, by where the worst bar at `step` is from.
+    """Return the verdict with the key and value of more points or increments, by where the worst bar is from.
 
     Where more than MOST_REFINED times as many are needed, it says whether of points or increments.
     """
     if math.isnan(missed.worst):
         return missed
     factor = missed.worst / missed.accuracy
-    if missed.corrected:
-        correction = abs(float(history[missed.quantity + CORRECTED_SUFFIX][step] - history[missed.quantity][step]))
-        if correction > INCREMENTS_SHARE * missed.worst * scale:
-            if factor > MOST_REFINED:  # error bars fall with the first power of the increments
-                return replace(missed, far=f"increments of stage {missed.stage}")
-            count = int(np.count_nonzero(history["stage"] == missed.stage))
-            return replace(
-                missed, advice=f"stage.{missed.stage}.increments={max(math.ceil(count * factor), count + 1)}"
-            )
+    if worst.changes[index] > INCREMENTS_SHARE * missed.worst:
+        stage = int(worst.numbers[index])
+        if factor > MOST_REFINED:  # error bars fall with the first power of the increments
+            return replace(missed, far=f"increments of stage {stage}")
+        count = int(np.count_nonzero(history["stage"] == stage))
+        return replace(missed, advice=f"stage.{stage}.increments={max(math.ceil(count * factor), count + 1)}")
     finer = factor ** (1.0 / POINTS_ORDER)
     if finer > MOST_REFINED:
         return replace(missed, far="points")
@@ -213,7 +268,8 @@ def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
 
 def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
     """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
-    largest = {name: float(np.abs(history[name][ends]).max()) for name in JUDGED_QUANTITIES if name in history}
+    sizes = {name for name in SCALED if name in history and name not in EXTENTS}
+    largest = {name: float(np.abs(history[name][ends]).max()) for name in sizes}
     # In a line contact displacements may not be known, which leaves their scales 0.
     unknown = [name for name, value in largest.items() if math.isnan(value)]
     largest |= dict.fromkeys(unknown, 0.0)
@@ -235,7 +291,7 @@ def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, fl
         **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),
         **dict.fromkeys(("phi_x", "phi_y"), turn),
         "phi_z": max(largest["phi_z"], LEAST_MOTION_SCALE * turn),
-        "stick_radius": radius,
+        **dict.fromkeys((name for name in ("stick_radius", *EXTENTS) if name in history), radius),
         "work_total": max(largest["work_total"], LEAST_MOTION_SCALE * force * approach)
         if largest["work_total"]
         else 0.0,

@@ -24,10 +24,10 @@ from fretsolve.problem.model.required_terms import Model, Terms, derive_model
 from fretsolve.problem.setup.closed_forms import ClosedForms, Load, pressing, round_contact
 from fretsolve.problem.setup.picked_settings import (
     AREA_MARGIN,
+    Picks,
     Size,
-    picks,
-    points_needed,
-    refinement,
+    first_points,
+    in_words,
     room_for_coarse_runs,
     settled,
     size_by_closed_form,
@@ -45,19 +45,20 @@ SINGLE_RANGE = 1e28
 """Largest compliance of a cell in single precision in mm per MPa, and over 1 the smallest. The format ends at 1e38."""
 
 
-def set_up(case: Case, compiled: bool | None = None) -> ProblemSetup:
+def set_up(case: Case, compiled: bool | None = None, picks: Picks | None = None) -> ProblemSetup:
     """Derive the model, the load path and the grid of `case`, and pick the settings for its accuracy.
 
-    compiled: whether the compiled kernels are to be used, None where the case decides.
+    compiled: whether the compiled kernels are to be used, None where the case decides; picks: of a round of the
+    accuracy, None for the first round.
     Raises CaseError or FileError where a surface cannot be read, no size holds the contact, or influence coefficients
     leave the range of single precision.
     """
     with placed(case):
-        return _set_up(case, compiled)
+        return _set_up(case, compiled, picks)
 
 
-def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
-    case = settled(asked)
+def _set_up(asked: Case, compiled: bool | None, picks: Picks | None) -> ProblemSetup:
+    case = settled(asked, picks)
     friction = None
     if case.friction_varies:
         from fretsolve.problem.friction.law import friction_law  # few cases have one
@@ -71,17 +72,17 @@ def _set_up(asked: Case, compiled: bool | None) -> ProblemSetup:
         from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them
 
         at_contact = RigForms(case, model, imposed_along(case.stages(), model)).at_contact
-    load_path = LoadPath(case.stages(), model, refinement(case.solver.accuracy, model), at_contact)
+    load_path = LoadPath(case.stages(), model, case.solver.refinement or 1.0, at_contact)
     forms = closed_forms_of(case, model, load_path.imposed)
     automatic_size = cache(partial(_automatic_size, forms, load_path))
     size = case.grid.size or _with_room(automatic_size(), case, model)
     _require_deep(case, size)
     heights = cache(partial(_read_heights, case, model, load_path, size))
-    points = case.grid.points or points_needed(forms, load_path, size, heights, automatic_size)
+    points = case.grid.points or (first_points(forms, size, automatic_size) if picks is None else picks.points)
     grid = _grid(model, points, size, case)
     _require_single_range(case, model, grid)
     _require_two_cells_per_wave(case, grid)
-    picked = picks(asked, case, points, load_path)
+    picked = in_words(asked, case, points, load_path)
     case = case.model_copy(update={"grid": case.grid.model_copy(update={"points": points})})
     sure_contact = partial(surely_in_contact, case.surface, model.compliances, case.grid.center)
     setup = ProblemSetup(

@@ -18,10 +18,11 @@ from pydantic import (
     model_validator,
 )
 
-from fretsolve.case.base import CaseModel, Count, Named, refused_at, require_either
+from fretsolve.case.base import CaseModel, Count, refused_at, require_either
 from fretsolve.case.cycle_quantities import ACTUATOR
 from fretsolve.case.dimensions import NUMBER, Dimension
 from fretsolve.case.history import CORRECTED_SUFFIX, ERROR_SUFFIX, HISTORY_DIMENSIONS
+from fretsolve.case.keys.accuracy_spec import Accuracy
 from fretsolve.case.keys.quantity_names import EXPECTED_DIMENSIONS, MAYBE_ENDLESS, dataset_name
 from fretsolve.case.other_names import close_name
 from fretsolve.case.quantities import TEXT_PATTERN, InUnits, refused, shown
@@ -32,27 +33,22 @@ SINGLE_TOLERANCE = 1e-4
 LEAST_SINGLE_TOLERANCE = 1e-5
 """The least tolerance that single precision certifies in most cases (docs/performance.md)."""
 
-LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
-"""The accuracy that each name stands for."""
-
 
 class SolverSpec(CaseModel):
     """Accuracy, tolerance and limits of the solver."""
 
-    accuracy: (
-        Annotated[
-            float,
-            InUnits(NUMBER, least=1e-4, most=0.2, share=True),
-            Named(LEVELS, f"is not allowed; {', '.join(LEVELS)} or a number such as 1 %"),
-        ]
-        | None
-    ) = Field(
+    accuracy: Accuracy | None = Field(
         default=None,
-        description="accuracy of the results, such as 1 %, or draft (5 %), standard (1 %), reference (0.2 %); it picks"
-        " points, automatic increments and tolerance unless they are given, and error bars, which show if it is met",
-        examples=["1 %"],
+        description="accuracy of the results, such as 1 %, which picks points, automatic increments and tolerance"
+        " unless they are given, and error bars, which show if it is met",
+        examples=["1 %", {"target": "1 %", "of": ["Qx", "work_total"], "at_most": {"time": "10 min"}}],
     )
-
+    refinement: Annotated[float, InUnits(NUMBER, above=0, most=1000)] | None = Field(
+        default=None,
+        description="factor on automatic numbers of increments where the slip depends on them; by default 1, or what"
+        " accuracy picks",
+        examples=[2],
+    )
     tolerance: Annotated[float, InUnits(NUMBER, above=1e-15, below=1)] = Field(
         default=1e-6, description="largest residual of the contact conditions", examples=[1e-6]
     )

@@ -10,22 +10,17 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
-from fretsolve.case.dimensions import cell_counts, percent
+from fretsolve.case.dimensions import cell_counts
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
-from fretsolve.problem.model.required_terms import Model
-from fretsolve.problem.setup.closed_forms import ClosedForms, spence_ratio
+from fretsolve.problem.setup.closed_forms import ClosedForms
 from fretsolve.problem.setup.wear_forms import worn_radius
 from fretsolve.result.verdict import POINTS_DIVISOR
-
-if TYPE_CHECKING:
-    from fretsolve.problem.setup.unresolved_heights import HeightMaps
-
 
 Size = tuple[float, float]
 
@@ -133,91 +128,40 @@ def concave_sphere(case: Case) -> CaseError | None:
     )
 
 
-Law = tuple[float, float]
-"""An error bar, and the order with which it falls with the number of what it depends on."""
+FIRST_CELLS, FEWEST_POINTS = 24, 24
+"""Cells across the contact in the first round of an accuracy, and the fewest points of a side."""
 
-CELLS, CELLS_LAW = 30.0, (0.035, 1.4)
-"""Cells across the contact, and the law by which the error bar of the stick radius falls with these cells. It is the
-largest bar that cells cause (docs/error_bars.md)."""
-
-SHEARED_LAW, PRESSED_LAW = (0.9, 2.4), (1.5, 1.57)
-"""Laws of the error bar of the dissipated energy, from a slip annulus of one cell on: for similar bodies under shear,
-and for dissimilar bodies pressed together."""
-
-INCREMENTS_LAW = (0.015, 1.15)
-"""Law of the error bar of the corrected dissipated energy and rotation, from automatic increments without an accuracy
-on."""
-
-MOST_FOR_SLIP = 4.0
-"""Largest factor on cells or increments for a narrow annulus, which dissipates next to nothing."""
-
-NARROW_LAW = (0.5, 2.5)
-"""Width of the slip annulus, over the contact radius, of dissimilar bodies pressed together, below which more
-increments are taken, and the order with which it falls with their number."""
+FIRST_REFINEMENT = 0.4
+"""Factor on automatic numbers of increments in the first round of an accuracy, where the slip depends on the path."""
 
 
-def _refined(law: Law, accuracy: float) -> float:
-    """Return the factor on the number that a law depends on with which its error bar is the accuracy."""
-    error, order = law
-    return math.pow(error / accuracy, 1.0 / order)
+@dataclass(frozen=True)
+class Picks:
+    """What a round of an accuracy picks. points: along x and y; refinement: factor on automatic increments."""
+
+    points: tuple[int, int]
+    refinement: float
 
 
-def points_needed(
-    forms: ClosedForms,
-    load_path: LoadPath,
-    size: Size,
-    heights: Callable[[], HeightMaps],
-    automatic_size: Callable[[], Size],
-) -> tuple[int, int]:
-    """Return the points along x and y that the case's accuracy needs on an area of `size` (mm).
+def first_points(forms: ClosedForms, size: Size, automatic_size: Callable[[], Size]) -> tuple[int, int]:
+    """Return the points along x and y of the first round of an accuracy, on an area of `size` (mm).
 
-    They follow from the contact's share of the area, the whole area where the contact's size is unknown, and from
-    `heights` that are finer than such cells. heights, automatic_size: as of `ProblemSetup`. Raises FileError or
-    CaseError where a map cannot be read or is too fine.
+    automatic_size: as of `ProblemSetup`; where the contact's size is unknown it counts as the whole area.
     """
-    accuracy, holds_contact = forms.case.solver.accuracy, size
-    assert accuracy is not None
+    contact = size
     if forms.case.grid.size is not None:
         with contextlib.suppress(CaseError):
-            holds_contact = automatic_size()
-    usual = cells = CELLS * _refined(CELLS_LAW, accuracy)
-    sheared_width = 0.0 if forms.model.coupled else load_path.slip_width
-    for width, law in ((sheared_width, SHEARED_LAW), (_pressed_width(forms.model), PRESSED_LAW)):
-        if width > 0.0:
-            cells = max(cells, min(2.0 * _refined(law, accuracy) / width, MOST_FOR_SLIP * usual))
-    extents = (side / AREA_MARGIN for side in holds_contact)
-    nx, ny = (
-        math.ceil(max(36, cells * side / extent) - 1e-9)  # less the rounding error
-        for side, extent in zip(size, extents, strict=True)
-    )
-    if forms.model.line:
-        nx, ny = max(nx, ny), 1
-    without_maps = nx, ny
-    nx, ny = heights().resolving_points(size, without_maps)
-    if max(nx, ny) > 2048 and (nx, ny) != without_maps:
-        maps = any(surface.kind == "heights" for surface in forms.case.surface)
-        resolve = "the height map; smooth the map" if maps else "the roughness; give it a longer cutoff"
-        raise forms.case.source.problem(
-            f"accuracy {percent(accuracy)} would take {cell_counts((nx, ny))} points to resolve {resolve}, or give"
-            " grid.points",
-            ("surface",),
-        )
-    nx, ny = (POINTS_DIVISOR * math.ceil(count / POINTS_DIVISOR) for count in (nx, ny))
+            contact = automatic_size()
+    cell = min(side / AREA_MARGIN for side in contact) / FIRST_CELLS
+    waves = [surface.cutoff / 2.0 for surface in forms.case.surface if surface.kind == "roughness"]
+    cell = min(cell, *(side / FEWEST_POINTS for side in size), *waves)
+    return points_of_cells(forms, size, cell)
+
+
+def points_of_cells(forms: ClosedForms, size: Size, cell: float) -> tuple[int, int]:
+    """Return the points along x and y with which cells on `size` (mm) are about `cell` long, none longer."""
+    nx, ny = (POINTS_DIVISOR * math.ceil(side / cell / POINTS_DIVISOR - 1e-9) for side in size)
     return nx, (1 if forms.model.line else ny)
-
-
-def refinement(accuracy: float | None, model: Model) -> float:
-    """Return the factor on automatic numbers of increments where the slip depends on the path; 1 without accuracy."""
-    if accuracy is None:
-        return 1.0
-    factor = max(0.25, _refined(INCREMENTS_LAW, accuracy))  # fewer do not follow the path
-    width = _pressed_width(model)
-    return factor * min(max(1.0, _refined(NARROW_LAW, width)), MOST_FOR_SLIP) if width > 0.0 else factor
-
-
-def _pressed_width(model: Model) -> float:
-    """Return the width of the slip annulus under P alone over the contact radius, 0 if tangential loads dissipate."""
-    return 0.0 if model.moved else 1.0 - spence_ratio(model)
 
 
 def tolerance_needed(accuracy: float) -> float:
@@ -225,20 +169,25 @@ def tolerance_needed(accuracy: float) -> float:
     return float(f"{min(max(1e-4 * accuracy, 1e-8), 1e-5):.0e}")
 
 
-def settled(case: Case) -> Case:
-    """Return the case with the tolerance, to one digit, and the error bars of its accuracy, unless they are given.
+def settled(case: Case, picks: Picks | None) -> Case:
+    """Return the case with the tolerance, to one digit, the factor on increments and the error bars of its accuracy,
+    unless they are given.
 
-    With wear there are no error bars.
+    picks: of a round, None for the first one. With wear there are no error bars.
     """
     solver = case.solver
     if solver.accuracy is None:
         return case
-    picked = {"tolerance": tolerance_needed(solver.accuracy), "error_bars": case.wear is None}
+    picked = {
+        "tolerance": tolerance_needed(solver.accuracy.target),
+        "refinement": FIRST_REFINEMENT if picks is None else picks.refinement,
+        "error_bars": case.wear is None,
+    }
     missing = {name: value for name, value in picked.items() if name not in solver.model_fields_set}
     return case.model_copy(update={"solver": solver.model_copy(update=missing)})
 
 
-def picks(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
+def in_words(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPath) -> tuple[str, ...]:
     """Return in words the settings of `case` that its accuracy has picked. asked: the case as it was read."""
     if asked.solver.accuracy is None:
         return ()

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fretsolve.case.dimensions import cell_counts, percent
+from fretsolve.case.dimensions import percent
 from fretsolve.case.history import ACTUATORS, PAIRS
 from fretsolve.case.keys.body_specs import PunchSurface
 from fretsolve.case.quantities import QuantityError, split_quantity
@@ -26,13 +26,7 @@ from fretsolve.problem.model.required_terms import UNCOUPLED_BELOW
 from fretsolve.problem.model.rig import driver
 from fretsolve.problem.setup.cost_estimate import disk_problem, estimate, memory_problem, rounded_bytes
 from fretsolve.problem.setup.map_warnings import about_maps
-from fretsolve.problem.setup.picked_settings import (
-    AREA_MARGIN,
-    concave_sphere,
-    points_needed,
-    room_for_coarse_runs,
-    tolerance_needed,
-)
+from fretsolve.problem.setup.picked_settings import AREA_MARGIN, concave_sphere, room_for_coarse_runs, tolerance_needed
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.rig_warnings import about_rig
 from fretsolve.problem.setup.wear_warnings import LARGEST_MOTION, wear_warnings
@@ -377,14 +371,15 @@ def _in_cells(number: float) -> str:
 
 def _about_solver(setup: ProblemSetup) -> Iterator[str]:
     """Warn of a loose tolerance, and of a precision or tolerance that falls short of the case's accuracy."""
-    solver, accuracy = setup.case.solver, setup.case.solver.accuracy
+    solver = setup.case.solver
     if solver.tolerance > 1e-3:  # residuals then show in the digits that people read
         yield (
             f"solver.tolerance: {solver.tolerance:g} lets the contact conditions be violated by"
             f" {percent(solver.tolerance)}, so no digit is reliable; 1e-6 is usual"
         )
-    if accuracy is None:
+    if solver.accuracy is None:
         return
+    accuracy = solver.accuracy.target
     if not solver.error_bars and setup.case.wear is None:
         yield (
             f"solver.error_bars: without error bars nothing tells if accuracy {percent(accuracy)} is met; leave the"
@@ -404,25 +399,6 @@ def _about_solver(setup: ProblemSetup) -> Iterator[str]:
         )
 
 
-def _about_counts(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of points and increments that fall short of the case's accuracy."""
-    accuracy, path, grid = setup.case.solver.accuracy, setup.load_path, setup.grid
-    if accuracy is None:
-        return
-    wanted = f"that accuracy {percent(accuracy)} picks"
-    picked = points_needed(setup.closed_forms, path, grid.size, setup.heights, setup.automatic_size)
-    if any(given < needed for given, needed in zip(grid.shape, picked, strict=True)):
-        given, more = cell_counts(grid.shape), cell_counts(picked)
-        yield f"grid.points: {given} are fewer than the {more} {wanted}; leave them out to meet it"
-    pairs = zip(setup.case.stages(), path.counts, path.needed, strict=True)
-    short = [(stage, count, needed) for stage, count, needed in pairs if count < needed]
-    if short:
-        stage, count, needed = short[0]
-        others = f", and {len(short) - 1} more stages have too few" if len(short) > 1 else ""
-        key = _typed(setup, *stage.key, "increments")
-        yield f"{key}: {count} are fewer than the {needed} {wanted}{others}; leave them out to meet it"
-
-
 def _about_wear(setup: ProblemSetup) -> Iterator[str]:
     if setup.case.wear is not None:
         yield from wear_warnings(setup)
@@ -439,7 +415,6 @@ WARNINGS: tuple[Callable[[ProblemSetup], Iterator[str]], ...] = (
     _about_edges,
     about_maps,
     _about_solver,
-    _about_counts,
     _about_large_contacts,
     _about_motions,
     about_rig,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_QUANTITIES, OF_MOTION
+from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_QUANTITIES, CYCLES_WITH_BARS, OF_MOTION
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, COMPONENTS, PAIRS
 from fretsolve.result.cycles.loops import CycleSteps, History, cycles_in, distance_to_limit, stages_of
@@ -48,11 +48,8 @@ NOTEWORTHY = 0.05
 
 _MEASURED = tuple(one.name for one in (*CYCLES, *AT_ACTUATOR) if one.dtype == "float64")
 
-WITH_ERRORS = tuple(name for name in _MEASURED if name != "slip_amplitude" and not name.endswith("_drift"))
-"""Columns that have error bars where the history has."""
-
 CORRECTED_CYCLE_NAMES = tuple(
-    name + CORRECTED_SUFFIX for name in WITH_ERRORS if not name.endswith("reversal_stiffness")
+    name + CORRECTED_SUFFIX for name in CYCLES_WITH_BARS if not name.endswith("reversal_stiffness")
 )
 """Columns of values corrected for the number of increments, where the history has such. The stiffness is extrapolated
 from the increments itself."""
@@ -123,7 +120,7 @@ def _quantities(*, moments: bool, line: bool) -> list[Quantity]:
         known[name] = replace(
             as_run, name=name, long_name=f"{as_run.long_name}, corrected for the number of increments"
         )
-    for one in [known[name] for name in (*WITH_ERRORS, *CORRECTED_CYCLE_NAMES)]:
+    for one in [known[name] for name in (*CYCLES_WITH_BARS, *CORRECTED_CYCLE_NAMES)]:
         name = one.name + ERROR_SUFFIX
         known[name] = replace(one, name=name, long_name=f"estimated error of {one.long_name}")
     return list(known.values())

@@ -1,0 +1,230 @@
+"""The rounds of an accuracy: judge a round by its error bars, and pick the points and increments of the next one.
+
+The first round is as coarse as error bars allow. The next one takes the cheapest points and increments with which all
+bars would be within the accuracy, if the part of the cells falls by `POINTS_ORDER` and the part of the increments by
+first order, but at most twice as many of each: bars of coarse runs are too wide, so a leap would go too far.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from fretsolve.case.dimensions import cell_counts
+from fretsolve.case.models import Case
+from fretsolve.errors import CaseError
+from fretsolve.problem.setup.cost_estimate import estimate, require_memory
+from fretsolve.problem.setup.picked_settings import Picks, points_of_cells
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.result.state import State
+from fretsolve.result.verdict import POINTS_ORDER, Cycles, Judged, Verdict, judged, verdict
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.simulation import run
+from fretsolve.system.arrays import DoubleArray
+
+AIM = 0.8
+"""Part of the accuracy at which a round aims: orders are estimates, and a round that misses narrowly is lost."""
+
+MOST_FINER, STEPS = 2.0, 48
+"""The most times as many points per side, or increments, in the next round; how many factors up to this are tried."""
+
+LOOK_AHEAD = 32.0
+"""The most times as many of each that are considered when both have to grow."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """A round that is done: its picks, its increments, its worst bar with the quantity, and the seconds it took."""
+
+    points: tuple[int, int]
+    refinement: float
+    increments: int
+    worst: float
+    quantity: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Round:
+    """A round to be solved. asked: the case as it was read; before: the rounds that are done."""
+
+    asked: Case
+    setup: ProblemSetup
+    before: tuple[Record, ...] = ()
+
+
+@dataclass(frozen=True)
+class End:
+    """Why there is no further round: the accuracy is met, or `reason` says what is missing."""
+
+    verdict: Verdict | None
+    reason: str = ""
+
+
+def first_round(case: Case, compiled: bool | None = None) -> Round:
+    """Return the first round of a case; without an accuracy it is the only one."""
+    return Round(case, set_up(case, compiled))
+
+
+def next_round(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, seconds: float) -> Round | End:
+    """Return the round that follows a round that is done, or why there is none.
+
+    history: of the round; cycles: returns the columns of its table of cycles; seconds: that the round took.
+    """
+    accuracy, setup = done.asked.solver.accuracy, done.setup
+    if accuracy is None or not setup.case.solver.error_bars:
+        return End(None)
+    bars = judged(accuracy.of, history, cycles)
+    found = verdict(accuracy.target, bars, history, setup.grid.shape[: len(setup.grid.axes)])
+    if found.met or math.isnan(found.worst):
+        return End(found)
+    finer = _finer(done, [one for one in bars if one.quantity not in found.unbounded])
+    if isinstance(finer, str):
+        return End(found, finer)
+    record = Record(
+        setup.grid.shape,
+        setup.case.solver.refinement or 1.0,
+        setup.load_path.increments,
+        found.worst,
+        found.quantity,
+        seconds,
+    )
+    following = Round(done.asked, set_up(done.asked, setup.compiled, finer), (*done.before, record))
+    reason = _beyond(done, following, seconds)
+    return End(found, reason) if reason else following
+
+
+def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
+    """Return finer points or increments, or why there are none."""
+    asked, setup = done.asked, done.setup
+    accuracy = asked.solver.accuracy
+    assert accuracy is not None
+    cells, increments = _factors(setup, bars, AIM * accuracy.target)
+    points = setup.grid.shape
+    if _picks_points(asked) and cells > 1.0:
+        points = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / cells, _finest_cell(setup)))
+    refined = _picks_increments(asked, setup) and increments > 1.0
+    if math.prod(points) <= math.prod(setup.grid.shape) and not refined:
+        if _picks_points(asked) and cells > 1.0:
+            return "its cells are as small as the spacing of the height map, below which nothing is known"
+        return "the case gives its points and increments, which are kept"
+    return Picks(points, (setup.case.solver.refinement or 1.0) * (increments if refined else 1.0))
+
+
+def _cell(setup: ProblemSetup) -> float:
+    return max(side / count for side, count in zip(setup.grid.size, setup.grid.shape, strict=True))
+
+
+def _finest_cell(setup: ProblemSetup) -> float:
+    """Return the least spacing (mm) of the height maps, 0 without maps."""
+    if all(surface.kind != "heights" for surface in setup.case.surface):
+        return 0.0
+    return min(min(one.spacing) for one in setup.heights().maps)
+
+
+def _picks_points(asked: Case) -> bool:
+    return asked.grid.points is None
+
+
+def _picks_increments(asked: Case, setup: ProblemSetup) -> bool:
+    """Return whether any number of increments is automatic and matters."""
+    automatic = any(stage.increments is None for stage in asked.stages())
+    return automatic and setup.load_path.path_dependent and "refinement" not in asked.solver.model_fields_set
+
+
+def _factors(setup: ProblemSetup, bars: Sequence[Judged], aim: float) -> tuple[float, float]:
+    """Return the factors on points per side and on increments that are cheapest and bring all bars within `aim`.
+
+    A part of a bar is of the increments: as much as the correction for them, which remains of an error bar
+    (docs/error_bars.md), and the largest one so far, since it stays behind.
+    """
+    tried = np.geomspace(1.0, LOOK_AHEAD, STEPS)
+    fewest = np.minimum.accumulate(setup.load_path.counts)
+    left = np.zeros((STEPS, STEPS))
+    for one in bars:
+        changes = np.maximum.accumulate(one.changes) if setup.load_path.path_dependent else 0.0 * one.bars
+        few = fewest[one.numbers - 1] if one.steps is not None else fewest[-1]
+        of_increments = np.minimum((1.0 + 1.0 / few) * changes, one.bars)
+        of_cells = np.sqrt(one.bars**2 - of_increments**2)
+        for cell, increment in zip(of_cells, of_increments, strict=True):
+            left = np.maximum(left, np.hypot(cell * tried[:, None] ** -POINTS_ORDER, increment / tried))
+    # Applications per increment grow with the root of the points per side.
+    cost = tried[:, None] ** (len(setup.grid.axes) + 0.5) * tried
+    cheapest = np.where(left <= aim, cost, np.inf)
+    if not np.isfinite(cheapest).any():
+        return MOST_FINER, MOST_FINER
+    cells, increments = np.unravel_index(np.argmin(cheapest), cheapest.shape)
+    return min(float(tried[cells]), MOST_FINER), min(float(tried[increments]), MOST_FINER)
+
+
+def _beyond(done: Round, following: Round, seconds: float) -> str:
+    """Return which limit the next round would go beyond, and what it would cost; empty if none."""
+    accuracy, setup = following.asked.solver.accuracy, following.setup
+    assert accuracy is not None
+    most, count = accuracy.at_most, math.prod(setup.grid.shape)
+    expected = seconds * estimate(setup).seconds / estimate(done.setup).seconds
+    cost = f"{cell_counts(setup.grid.shape)} points and about {in_words(expected)}"
+    if count > most.cells:
+        return f"the next round would take {cost}, and at_most.cells is {most.cells}"
+    spent = sum(one.seconds for one in following.before)
+    if most.time is not None and spent + expected > most.time:
+        return f"the next round would take {cost}, and {in_words(most.time - spent)} of at_most.time are left"
+    try:
+        require_memory(setup)
+    except CaseError as error:
+        return f"the next round would take {cost}: {error.message}"
+    return ""
+
+
+def in_words(seconds: float) -> str:
+    """Return a time in seconds, minutes or hours."""
+    for unit, size in (("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{max(seconds, 0.0):.2g} s"
+
+
+def solved(case: Case, threads: int = 1, warn: Callable[[str], object] | None = None) -> tuple[Round, list[State], End]:
+    """Solve the rounds of a case in memory, and return the last one with its states and why it is the last.
+
+    warn: as for `run_with_error_bars`. Raises NoSolutionError, CaseError and FileError as `run`.
+    """
+    done = first_round(case)
+    while True:
+        rows = list(_states(done.setup, threads, warn))
+        history = history_of(rows)
+        following = next_round(done, history, lambda: cycles_of(done.setup, history), seconds_of(history))
+        if isinstance(following, End):
+            return done, rows, following
+        done = following
+
+
+def _states(setup: ProblemSetup, threads: int, warn: Callable[[str], object] | None) -> Iterator[State]:
+    if not setup.case.solver.error_bars:
+        return run(setup, threads=threads)
+    return run_with_error_bars(setup, threads=threads, warn=warn)
+
+
+def history_of(rows: Sequence[State]) -> dict[str, DoubleArray]:
+    """Return the columns of the history of states, and of their error bars."""
+    columns = [vars(row.summary) | (vars(row.errors) if row.errors is not None else {}) for row in rows]
+    return {name: np.array([column[name] for column in columns]) for name in (columns[0] if columns else ())}
+
+
+def cycles_of(setup: ProblemSetup, history: Mapping[str, DoubleArray]) -> Mapping[str, Any] | None:
+    """Return the columns of the table of cycles, None without any."""
+    from fretsolve.result.cycles.table import cycle_table  # few accuracies are about cycles
+
+    table = cycle_table(history, setup.case.effective(), lambda step: None, ended=True)
+    return None if table is None else table.columns
+
+
+def seconds_of(history: Mapping[str, DoubleArray]) -> float:
+    """Return the seconds that a round took, with its coarse runs."""
+    names = ("wall_time", "coarse_runs_wall_time")
+    return float(sum(history[name].sum() for name in names if name in history))
