@@ -19,7 +19,6 @@ from fretsolve.contact.increment.mirrored_increment import MirroredIncrementSolv
 from fretsolve.contact.increment.states import InitialState, Prediction, with_mismatch
 from fretsolve.contact.zones.area_contact import AreaContact
 from fretsolve.contact.zones.line_contact import LineContact
-from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable, require_stable_on_rig
@@ -110,8 +109,6 @@ def states_of(
         except NoSolutionError as error:
             locate(error, setup, increment)
             raise
-        if has_unsaved_wisdom():
-            save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
         last = fields
@@ -147,7 +144,6 @@ def increment_solver(
     separation: of the undeformed surfaces; to_map_end: whether the contact may reach the last cells of a height map, as
     if it were the end of the material. Otherwise such an increment has no solution.
     """
-    load_wisdom()
     border = None if to_map_end else map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     return _solver_type(setup, separation)(
         setup.grid,
