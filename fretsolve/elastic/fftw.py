@@ -13,6 +13,7 @@ import math
 import os
 import sys
 import zlib
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -137,15 +138,21 @@ def _plan_by(wisdom: bytes | None, arrays: tuple[NDArray[Any], ...], options: di
 
 
 def plan_name(arrays: tuple[NDArray[Any], ...], options: dict[str, Any]) -> str:
-    """Return the name of a plan's file: a digest of what FFTW knows plans by, and of FFTW on this kind of processor.
-
-    FFTW begins its wisdom with its version and with a digest of the algorithms that the processor can execute.
-    """
-    pyfftw.forget_wisdom()
+    """Return the name of a plan's file: a digest of what FFTW knows plans by, and of FFTW itself."""
     of_arrays = [(one.shape, one.strides, one.dtype.str, pyfftw.is_byte_aligned(one)) for one in arrays]
     in_place = arrays[0] is arrays[1]
-    problem = pyfftw.__version__, pyfftw.export_wisdom(), of_arrays, in_place, sorted(options.items())
+    problem = _fftw(), of_arrays, in_place, sorted(options.items())
     return f"fftw-{hashlib.sha256(repr(problem).encode()).hexdigest()[:16]}.gz"
+
+
+@cache
+def _fftw() -> tuple[Any, ...]:
+    """Return versions and empty wisdom, which has a digest of all algorithms that this processor can execute.
+
+    So processors with other vector instructions have files of their own in a shared home.
+    """
+    pyfftw.forget_wisdom()
+    return pyfftw.__version__, *pyfftw.export_wisdom()
 
 
 def cache_folder() -> Path:
