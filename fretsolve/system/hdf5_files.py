@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
@@ -71,6 +70,8 @@ def try_attributes(path: Path) -> None:
 
 @cache
 def _try_attributes(path: Path, size: int, changed: int) -> None:
+    import subprocess  # for files that are no results
+
     require_regular(path)
     # Isolated, so that no module of the working folder is run; installed ones are found where this process has them.
     words = os.fspath(path), str(TRIAL_SECONDS), str(MOST_NODES), *filter(None, sys.path)
