@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-import os
 import platform
 import runpy
 from collections.abc import Callable, Iterator, Sequence
@@ -148,10 +147,7 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
 def _environment() -> dict[str, str]:
     loaded = {"numpy": np, "pyfftw": pyfftw, "h5py": h5py}
     versions = {"scipy": _scipy_version(), **{name: library.__version__ for name, library in loaded.items()}}
-    system, libc = os.uname(), "".join(platform.libc_ver())
-    # as `platform.platform()` has it, which would start another program
-    named = f"{system.sysname}-{system.release}-{system.machine}{libc and f'-with-{libc}'}"
-    return {"platform": named, "python": platform.python_version(), **versions}
+    return {"platform": platform.platform(), "python": platform.python_version(), **versions}
 
 
 def _scipy_version() -> str:
