@@ -117,6 +117,11 @@ class ClosedForms:
     model: Model
     loads: tuple[Load, ...]
 
+    @cached_property
+    def friction_varies(self) -> bool:
+        """As of the case, which looks through its load path."""
+        return self.case.friction_varies
+
     # Pressing alone: Hertz, Boussinesq, Love.
 
     @cached_property
@@ -227,7 +232,7 @@ class ClosedForms:
         The torque is infinite, and the displacement under the force is None, where no closed form gives them. Where
         friction varies, the force may be infinite too. coefficient: that a stage has set.
         """
-        if self.case.friction_varies:
+        if self.friction_varies:
             return self._varied_gross_slip(hertz, coefficient, P)
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
@@ -287,7 +292,7 @@ class ClosedForms:
         imposed = np.array([False, *("Mz" in load for load in loads)])
         torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
-        friction, varies = self.model.friction, self.case.friction_varies
+        friction, varies = self.model.friction, self.friction_varies
         if varies:
             # The coefficient that carries as much: under a shear limit the case's own may be a mere large number.
             carried = self._friction_on_contact().gross_slip_force(circle)
@@ -343,7 +348,7 @@ class ClosedForms:
             return "it needs a sphere on a body of its own material"
         if self.model.compliances.layer_shear:
             return "it needs bodies without a layer between them"
-        if self.case.friction_varies:
+        if self.friction_varies:
             return "it needs one coefficient of friction"
         P, force, across = (np.array([load.get(name, np.nan) for load in self.loads]) for name in ("P", "Qx", "Qy"))
         xx, yy, xy = np.array([bulk.mismatch(load) for load in self.loads]).T
@@ -404,7 +409,7 @@ class ClosedForms:
             stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded
             return ClosedForm("stick_radius", stage, shear.on_loading(shear.largest).stick_radius, shear.source)
         radii = [(one.contact_radius, stage) for stage, one in enumerate(self.hertz) if one and one.is_circle]
-        if not radii or not self.model.coupled or self.case.friction_varies:
+        if not radii or not self.model.coupled or self.friction_varies:
             return None
         radius, stage = max(radii)
         return ClosedForm("stick_radius", stage, spence_ratio(self.model) * radius, "Spence")
@@ -415,7 +420,7 @@ class ClosedForms:
 
         On the way back, half of the displacement from the turning point counts.
         """
-        if self.model.coupled or self.case.friction_varies or not self.model.friction:
+        if self.model.coupled or self.friction_varies or not self.model.friction:
             return None
         path = np.array([(load.get("delta_x", 0.0), load.get("delta_y", 0.0)) for load in self.loads])
         lengths = np.hypot(*path.T)
@@ -434,8 +439,9 @@ class ClosedForms:
 
 def _path(loads: tuple[Load, ...], force: str) -> list[float]:
     """Return a tangential force at the end of each stage; infinite where its motion is imposed, 0 while it is held."""
-    motion, path = dict(PAIRS)[force], list[float]()
+    motion, path, moved = dict(PAIRS)[force], list[float](), False
     for load in loads:
-        held = load.get(motion) == 0.0 and not any(path)
+        held = load.get(motion) == 0.0 and not moved
         path.append(load.get(force, 0.0 if held else math.inf))
+        moved = moved or path[-1] != 0.0
     return path
