@@ -57,7 +57,7 @@ class LineClosedForms(ClosedForms):
         return bool(load.get("P")) and not is_tilted(load)
 
     def _contact_under(self, P: float, in_middle: bool) -> LineContact | None:
-        """Return the contact, upright, under P; in_middle: whether a moment of 0 holds the load in the grid's middle."""
+        """Return the upright contact under P; in_middle: whether a moment of 0 holds the load in the grid's middle."""
         surface, modulus = self._only_surface, self._modulus
         if surface is None or (in_middle and surface.center[0] != 0.0):
             return None
