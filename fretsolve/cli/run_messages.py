@@ -154,7 +154,7 @@ class TextMessages(QuietMessages):
         print(printable(f"result: {self.out}"))
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
-        done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
+        done = f", {writer.increments} of them done" if writer.increments else ""
         print(f"{path_length(setup)}{done}", flush=True)
         super().start(writer)
         if self.verbose:
@@ -245,7 +245,7 @@ class JsonMessages(QuietMessages):
             result=str(self.out),
             increments=self.increments,
             stages=self.stages,
-            done=len(writer.summaries),
+            done=writer.increments,
             points=list(grid.shape),
             size=list(grid.size),
             coupling=setup.model.coupling,

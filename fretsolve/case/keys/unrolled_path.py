@@ -125,8 +125,8 @@ def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
         place = keys.setdefault(key, key)  # repetitions share what they have in common
         if id(spec) not in known:
             known[id(spec)] = spec, _moved(spec)  # the spec is kept, so that no other one takes its id
-        wears, same = spec.of if isinstance(spec, _Jump) else None, known[id(spec)][1]
-        found.append(Stage(number, place, *same, cycle=cycle, outer=outer, wears=wears))
+        wears, (targets, increments, spacing, part) = getattr(spec, "of", None), known[id(spec)][1]
+        found.append(Stage(number, place, targets, increments, spacing, part, cycle, outer, wears))
     return tuple(found)
 
 

@@ -83,8 +83,8 @@ class LoadPath:
     the contact on a rig, by which increments are graded, None for those imposed.
 
     Attributes, of the whole path: increments: their number; path_dependent: whether the slip of any stage depends on
-    them. Of each stage: counts: number of increments; last_steps: the last increment; graded: whether the increments
-    are; imposed: load components with their totals at the end (N, mm, N mm, rad).
+    them. Of each stage: stages: itself; counts: number of increments; last_steps: the last increment; graded: whether
+    the increments are; imposed: load components with their totals at the end (N, mm, N mm, rad).
     """
 
     def __init__(
@@ -139,16 +139,12 @@ class LoadPath:
     def _place(self, planned: list[_PlannedStage]) -> None:
         """Let stages follow each other, and set the attributes of each stage."""
         self._planned = planned
+        self.stages = tuple([stage.stage for stage in planned])
         self.counts = tuple([stage.increments for stage in planned])
         *self._firsts, self.increments = accumulate(self.counts, initial=0)
         self.last_steps = tuple([first - 1 for first in (*self._firsts[1:], self.increments)])
         self.imposed = tuple([stage.after for stage in planned])
         self.graded = tuple([stage.grading is not None for stage in planned])
-
-    @property
-    def stages(self) -> tuple[Stage, ...]:
-        """The stages."""
-        return tuple(planned.stage for planned in self._planned)
 
     def after(self, history: Sequence[Summary]) -> LoadPath:
         """Return the path without the repetitions that are left of a cycle which has come to its end with the last
@@ -243,6 +239,11 @@ class LoadPath:
     def _place_of(self, step: int) -> int | None:
         """Return the place of the stage of `step` among the stages, from 0; None after the last one."""
         return bisect_right(self._firsts, step) - 1 if step < self.increments else None
+
+    def ends_stage(self, step: int) -> bool:
+        """Return whether a stage ends with a step."""
+        place = self._place_of(step)
+        return place is not None and self.last_steps[place] == step
 
     def imposed_at(self, step: int) -> frozenset[str]:
         """Return the names of what is imposed at a step of the path."""
