@@ -41,6 +41,7 @@ from fretsolve.reference.tangential import (
     gross_slip_torque,
     spence_stick_ratio,
 )
+from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.problem.friction.law import FrictionOnContact
@@ -277,20 +278,17 @@ class ClosedForms:
         """
         if self.model.compliances.layer_shear:
             return None
-        loads, circle = self.loads[: stage + 1], self.hertz[stage]
-        if circle is None or not circle.is_circle or any(map(is_tilted, loads)) or self.model.bulk is not None:
+        circle = self.hertz[stage]
+        if circle is None or not circle.is_circle or self.model.bulk is not None:
             return None
         if not self.model.has_shear or self.model.coupled:
             return None
-        # The path begins unloaded.
-        P = np.array([0.0, *(contact.load if contact else 0.0 for contact in self.hertz[: stage + 1])])
-        Qx, Qy, Mz = (np.array([0.0, *_path(loads, force)]) for force in ("Qx", "Qy", "Mz"))
-        if not np.isfinite([Qx, Qy, Mz]).all():
+        P, Qx, Qy, Mz, imposed, tilted = self._shear_path[:, : stage + 2]
+        if tilted.any() or not np.isfinite([Qx, Qy, Mz]).all():
             return None
         # An imposed Mz is about the origin; a rotation that is held takes no torque about the contact's centre.
         x, y = center or self.case.surface[0].center
-        imposed = np.array([False, *("Mz" in load for load in loads)])
-        torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
+        torque = np.where(imposed > 0.0, Mz - x * Qy + y * Qx, 0.0)
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
         friction, varies = self.model.friction, self.friction_varies
         if varies:
@@ -302,6 +300,15 @@ class ClosedForms:
             return found
         limit = None if found.direction is None else self._friction_on_contact().rim_slip(circle, compliances[0])
         return None if limit is None else replace(found, friction_limit=limit)
+
+    @cached_property
+    def _shear_path(self) -> DoubleArray:
+        """P, Qx, Qy, Mz, whether Mz is imposed, and whether the contact is tilted: unloaded, and at the end of each
+        stage, (6, stages + 1)."""
+        pressed = [contact.load if contact else 0.0 for contact in self.hertz]
+        forces = (_path(self.loads, force) for force in ("Qx", "Qy", "Mz"))
+        flags = (["Mz" in load for load in self.loads], list(map(is_tilted, self.loads)))
+        return np.pad(np.array([pressed, *forces, *flags], np.float64), ((0, 0), (1, 0)))
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.

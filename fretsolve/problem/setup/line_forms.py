@@ -68,7 +68,7 @@ class LineClosedForms(ClosedForms):
         return None
 
     @cached_property
-    def _paths(self) -> DoubleArray:
+    def _load_path(self) -> DoubleArray:
         """P, Qx, Qy (N/mm) and the mismatch along x before the first stage and at the end of each, (4, stages + 1)."""
         bulk, nan = self.model.bulk, math.nan
         ends = [
@@ -105,7 +105,7 @@ class LineClosedForms(ClosedForms):
             return None
         if self.model.compliances.layer_shear:
             return None
-        P, Qx, Qy, mismatch = self._paths[:, : stage + 2]
+        P, Qx, Qy, mismatch = self._load_path[:, : stage + 2]
         if np.isnan([Qx, Qy]).any():
             return None
         limit, material = self.model.friction * contact.load, self.model.compliances
