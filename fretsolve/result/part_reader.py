@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError, shortened
 from fretsolve.result.header import RunHeader, read_sealed
+from fretsolve.result.history import History
 from fretsolve.result.layout import DERIVED_FIELDS, ERRORS, FIELDS, QUANTITIES, STEP, optional_among, row_type
-from fretsolve.result.state import ZONE_NAMES, Summary, summary_of
+from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.hdf5_files import open_hdf5, own_dataset, own_node
 
@@ -64,6 +65,11 @@ class PartReader(AbstractContextManager["PartReader"]):
         self.file.close()
 
     @cached_property
+    def places(self) -> dict[int, int]:
+        """The places of `field_steps` in the fields."""
+        return {step: place for place, step in enumerate(self.field_steps)}
+
+    @cached_property
     def rows(self) -> NDArray[Any]:
         """The history, a record per increment, with the error bars if there are any."""
         with damage_reported(self.path, "history"):
@@ -73,9 +79,9 @@ class PartReader(AbstractContextManager["PartReader"]):
             columns = {name: _read_column(own_dataset(group, name)) for name in group if name in QUANTITIES}
             return _row_records(columns)
 
-    def summaries(self) -> list[Summary]:
+    def summaries(self) -> History:
         """Return the summaries of all increments."""
-        return [summary_of(row) for row in self.rows]
+        return History.of_rows([self.rows])
 
     @cached_property
     def grid(self) -> tuple[DoubleArray, DoubleArray]:
@@ -133,7 +139,7 @@ class PartReader(AbstractContextManager["PartReader"]):
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
             dataset, count = own_dataset(self.file, f"fields/{name}"), len(self.field_steps)
             require(len(dataset) == count, f"fields/{name}", f"{count} planes, one per stored increment")
-            return checked_plane(name, np.asarray(dataset[self.field_steps.index(step)]))
+            return checked_plane(name, np.asarray(dataset[self.places[step]]))
 
     def verify(self) -> None:
         """Read all fields, so that their checksums are compared. Raises FileError."""

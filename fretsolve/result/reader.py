@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from bisect import bisect_left
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
@@ -112,9 +113,13 @@ class Result(AbstractContextManager["Result"]):
         from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
         def slip(step: int) -> NDArray[Any] | None:
-            return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
+            return self.field("slip", step) if "slip_x" in self.fields and step in self._stored else None
 
         return cycle_table(self.history, self.effective_case, slip, ended=self.status == "complete")
+
+    @cached_property
+    def _stored(self) -> frozenset[int]:
+        return frozenset(self.steps)
 
     @property
     def increments(self) -> int:
@@ -151,7 +156,7 @@ class Result(AbstractContextManager["Result"]):
         if name not in self.fields:
             raise KeyError(f"no field {name!r} in the result, which has {', '.join(self.fields) or 'none'}")
         wanted = self.steps[-1] if step == -1 and self.steps else step
-        if wanted not in self.steps:
+        if wanted not in self._stored:
             few = self.steps if len(self.steps) < 10 else (*self.steps[:2], "...", self.steps[-1])
             stored = ", ".join(map(str, few)) or "none"
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
@@ -207,13 +212,13 @@ class Result(AbstractContextManager["Result"]):
 
     def _plane(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`. Raises FileNotFoundError if its file is not there any more."""
-        part = next((part for part in self._parts if part.first <= step <= part.last), None)
+        part = next(iter(self._parts[bisect_left(self._parts, step, key=lambda one: one.last) :]), None)
         if part is None:
             raise FileNotFoundError(self.path)
         if self._open is None or self._open.path != part.path:
             self.close()
             self._open = PartReader(part.path)
-        if step in self._open.field_steps:
+        if step in self._open.places:
             return self._open.read(name, step)
         quantity = QUANTITIES[name]
         assert isinstance(quantity, FieldQuantity)

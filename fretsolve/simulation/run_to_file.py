@@ -64,7 +64,7 @@ def solve_missing(
         while unshown and writer.is_saved(unshown[0][0].step):
             show(*unshown.pop(0))
 
-    so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
+    so_far = writer.last_state, writer.summaries
     if setup.case.solver.error_bars:
         from fretsolve.simulation.error_bars.error_bars import run_with_error_bars  # other runs do not need it
 
@@ -72,12 +72,12 @@ def solve_missing(
     else:
         states = run(setup, *so_far, threads)
     failure = _save_each(states, save, stop, beside=beside)
-    complete = len(writer.summaries) == setup.load_path.followed(writer.summaries).increments
+    complete = writer.increments == setup.load_path.followed(writer.summaries).increments
     if failure is not None:
         writer.finish("failed", str(failure), failure.kind)
     elif complete:
         writer.finish("complete")
-    elif writer.summaries:
+    elif writer.increments:
         writer.save()
     show_saved()
     if failure is not None:

@@ -27,6 +27,7 @@ from fretsolve.problem.model.rig import Rig
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.problem.surface.separation import is_mirrored, map_border, map_spans, map_without_point
+from fretsolve.result.history import History
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.problem_setup import contact_size, set_up
@@ -40,8 +41,8 @@ def run(
 ) -> Iterator[State]:
     """Solve `case` and yield a `State` per increment, each certified.
 
-    start, history: the last state and the summaries of all increments so far, to go on from; threads: number of threads
-    that share the transforms, on which no bit of a state depends.
+    start, history: the last state and the summaries of all increments so far, to go on from; a `History` takes up the
+    new ones, too. threads: number of threads that share the transforms, on which no bit of a state depends.
     Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
     """
     if not isinstance(case, Case | ProblemSetup):
@@ -78,7 +79,7 @@ def states_of(
     predicts = setup.model.has_shear and not setup.model.line
     predicts = predicts and setup.model.orthotropy is None and precision_of(setup) is np.float64
     past = None if start is None else start.before
-    summaries = list(history)
+    summaries = history if isinstance(history, History) else History(history)
     path = setup.load_path.followed(summaries)
     # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
     # edges of the stick zone follow from the increment's, as where cells have slipped before.
@@ -96,7 +97,7 @@ def states_of(
             limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
             begin = InitialState(fields.pressure, fields.shear, displacement, rigid, limit, before)
             if past is not None and (growth := path.growth(step)) is not None:
-                moved = _rigid(summaries) - _rigid(summaries[:-1])
+                moved = _rigid(summaries) - _rigid(summaries[-2:-1])
                 begin = replace(begin, prediction=Prediction.of(growth, fields, displacement, past, moved))
             if increment.strain_mismatch is not None:
                 # scaled slips of friction along two axes do not turn as a whole

@@ -61,7 +61,7 @@ def solve(
         if code == 0:
             write_side_outputs(case, threads)
         seconds, notes = time.perf_counter() - began, tuple(writer.notes)
-        return RunReport(index, code, reason, increments=len(writer.summaries), seconds=seconds, notes=notes)
+        return RunReport(index, code, reason, increments=writer.increments, seconds=seconds, notes=notes)
 
 
 def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
