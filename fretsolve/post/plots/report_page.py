@@ -12,7 +12,7 @@ from PIL import Image
 from fretsolve.post.export.text_report import print_report
 from fretsolve.post.plots.canvas import TWO_COLUMNS, rendered, title_of
 from fretsolve.post.plots.kinds import KINDS, MOVING, film_dpi
-from fretsolve.post.plots.load_history import step_text
+from fretsolve.post.plots.load_history import step_texts
 from fretsolve.post.plots.pictures.maps import few_steps, film
 from fretsolve.post.plots.pictures.profiles import profiles
 from fretsolve.post.plots.sheet import Sheet
@@ -84,9 +84,9 @@ def increment_frames(result: Result) -> dict[str, bytes]:
     if len(result.y) > 1:
         drawn = film(result, most=24)  # some tens of kB each
         found = {}
-        for step in drawn.steps:
+        for step, text in zip(drawn.steps, step_texts(result, drawn.steps, plain=True), strict=True):
             drawn.show(step)
-            found[step_text(result, step, plain=True)] = rendered(drawn.figure, "png", 110)
+            found[text] = rendered(drawn.figure, "png", 110)
         return found
     steps = few_steps(result, 24)
     figures = [profiles(result, steps=[step]) for step in steps]
@@ -97,10 +97,8 @@ def increment_frames(result: Result) -> dict[str, bytes]:
         limits = [axes.get_ylim() for axes in alike]
         for axes in alike:
             axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
-    return {
-        step_text(result, step, plain=True): rendered(figure, "png", 110)
-        for step, figure in zip(steps, figures, strict=True)
-    }
+    texts = step_texts(result, steps, plain=True)
+    return {text: rendered(figure, "png", 110) for text, figure in zip(texts, figures, strict=True)}
 
 
 def _increments(frames: Mapping[str, bytes]) -> str:
