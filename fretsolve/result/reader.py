@@ -93,7 +93,7 @@ class Result(AbstractContextManager["Result"]):
     def case_yaml(self) -> str:
         return str(self.attributes["case_yaml"])
 
-    @property
+    @cached_property
     def effective_case(self) -> dict[str, Any]:
         case: dict[str, Any] = json.loads(self.attributes["effective_case"])
         return case
