@@ -111,11 +111,12 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
+    ends = stage_ends(result.history["stage"])[:-1]
+    few = len(ends) <= 60  # the lines of more would hide the curves
     with canvas(ax, 2, (4.5, 2.1), columns=1, share="x") as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
-            ends = stage_ends(result.history["stage"])[:-1]
-            for end in ends if len(ends) <= 60 else ():  # the lines of more would hide the curves
+            for end in ends if few else ():
                 axes.axvline(end + 0.5, color="0.75", linewidth=0.8, zorder=0.6)
             if panel_width(axes) > 4.5:  # inches: a wider panel has its legend beside it
                 axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
@@ -123,7 +124,7 @@ def convergence(result: Result, ax: Target = None) -> Figure:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=2, columnspacing=1.0, frameon=False)
             axes.set_xlim(-0.5, result.increments - 0.5)
             axes.xaxis.set_major_locator(increment_ticks())
-        drawn.axes[-1].set_xlabel("increment (vertical lines: ends of stages)")
+        drawn.axes[-1].set_xlabel("increment" + " (vertical lines: ends of stages)" * few)
         drawn.heading(title_of(result))
     return drawn.figure
 
