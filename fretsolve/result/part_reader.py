@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 from zipfile import BadZipFile
 
 import numpy as np
@@ -45,6 +45,21 @@ RUN = "run"
 """Attribute of a part with the digest of its run."""
 
 
+class Steps(tuple[int, ...]):
+    """Increments, of which one of many is found at once."""
+
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        return {step: place for place, step in reversed(list(enumerate(self)))}
+
+    def __contains__(self, step: object) -> bool:
+        return step in self._places
+
+    def index(self, step: int, *limits: SupportsIndex) -> int:
+        """Return the place of an increment. Raises ValueError if it is not there."""
+        return super().index(step, *limits) if limits or step not in self else self._places[step]
+
+
 class PartReader(AbstractContextManager["PartReader"]):
     """An open part or result file. Raises FileError if it is damaged.
 
@@ -57,17 +72,13 @@ class PartReader(AbstractContextManager["PartReader"]):
             self.file = opened.enter_context(open_hdf5(path))
             steps = _read_column(own_dataset(self.file, "fields/step"))
             require(steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
-            self.field_steps: list[int] = steps.tolist()
+            self.field_steps = Steps(steps.tolist())
+            self._fields: dict[str, Any] = {}
             self.field_names = [one.name for one in FIELDS + DERIVED_FIELDS if one.name in self.file["fields"]]
             opened.pop_all()
 
     def __exit__(self, *_: object) -> None:
         self.file.close()
-
-    @cached_property
-    def places(self) -> dict[int, int]:
-        """The places of `field_steps` in the fields."""
-        return {step: place for place, step in enumerate(self.field_steps)}
 
     @cached_property
     def rows(self) -> NDArray[Any]:
@@ -122,8 +133,8 @@ class PartReader(AbstractContextManager["PartReader"]):
         """Raise FileError unless `field_steps` are the stored increments. A result stores the last increment, too."""
         with damage_reported(self.path, "fields/step"):
             steps = self.rows["step"].tolist()
-            stored = [step for step in steps if stores_fields(step)]
-            right = self.field_steps in (stored, stored + steps[-1:])
+            stored = tuple(step for step in steps if stores_fields(step))
+            right = self.field_steps in (stored, (*stored, *steps[-1:]))
             require(right, "fields/step", "the increments that are stored")
 
     def require_fields(self, shape: tuple[int, int]) -> None:
@@ -137,9 +148,18 @@ class PartReader(AbstractContextManager["PartReader"]):
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`, one of `field_steps`."""
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
+            return checked_plane(name, np.asarray(self._field(name)[self.field_steps.index(step)]))
+
+    def _field(self, name: str) -> Any:
+        """Return the dataset of a field, checked once: HDF5 takes longer to measure one of many planes than to read it.
+
+        Raises KeyError or ValueError.
+        """
+        if name not in self._fields:
             dataset, count = own_dataset(self.file, f"fields/{name}"), len(self.field_steps)
             require(len(dataset) == count, f"fields/{name}", f"{count} planes, one per stored increment")
-            return checked_plane(name, np.asarray(dataset[self.places[step]]))
+            self._fields[name] = dataset
+        return self._fields[name]
 
     def verify(self) -> None:
         """Read all fields, so that their checksums are compared. Raises FileError."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from bisect import bisect_left
+from bisect import bisect_right
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ from fretsolve.result.layout import (
     quantities_of,
 )
 from fretsolve.result.lock import is_locked
-from fretsolve.result.part_reader import PartReader, damage_reported
+from fretsolve.result.part_reader import PartReader, Steps, damage_reported
 from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
@@ -77,7 +77,7 @@ class Result(AbstractContextManager["Result"]):
     x: DoubleArray
     y: DoubleArray
     fields: tuple[str, ...]
-    steps: tuple[int, ...]
+    steps: Steps
     _parts: list[Part]
     _open: PartReader | None = None
 
@@ -93,7 +93,7 @@ class Result(AbstractContextManager["Result"]):
     def case_yaml(self) -> str:
         return str(self.attributes["case_yaml"])
 
-    @property
+    @cached_property
     def effective_case(self) -> dict[str, Any]:
         case: dict[str, Any] = json.loads(self.attributes["effective_case"])
         return case
@@ -212,13 +212,14 @@ class Result(AbstractContextManager["Result"]):
 
     def _plane(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`. Raises FileNotFoundError if its file is not there any more."""
-        part = next(iter(self._parts[bisect_left(self._parts, step, key=lambda one: one.last) :]), None)
-        if part is None:
+        index = bisect_right(self._parts, step, key=lambda part: part.first) - 1
+        if index < 0 or step > self._parts[index].last:
             raise FileNotFoundError(self.path)
+        part = self._parts[index]
         if self._open is None or self._open.path != part.path:
             self.close()
             self._open = PartReader(part.path)
-        if step in self._open.places:
+        if step in self._open.field_steps:
             return self._open.read(name, step)
         quantity = QUANTITIES[name]
         assert isinstance(quantity, FieldQuantity)
@@ -309,7 +310,7 @@ def _open_file(out: Path) -> Result:
         reader.require_content(content)
         reader.require_fields((len(x), len(y)))
         opened.pop_all()
-    fields, steps = tuple(reader.field_names), tuple(reader.field_steps)
+    fields, steps = tuple(reader.field_names), reader.field_steps
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), reader)
 
 
@@ -325,7 +326,7 @@ def _open_parts(out: Path) -> Result:
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # the state has its fields
     fields = tuple(quantity.name for quantity in header.stored_fields)
-    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, tuple(steps), parts)
+    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, Steps(steps), parts)
 
 
 def _columns(rows: NDArray[Any]) -> Columns:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import IO
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
+from rich.console import Console, ConsoleOptions
 from rich.markup import escape
+from rich.segment import Segment
 from rich.table import Table
 
 from fretsolve.case.dimensions import cell_counts, counted, in_small_unit
@@ -119,7 +121,7 @@ def _grid_size(result: Result) -> str:
 
 def history_tables(
     result: Result, *, every_increment: bool = False, width: int = WIDTH, columns: Sequence[str] | None = None
-) -> list[Table]:
+) -> list[TextTable]:
     """Return the history as one table, or several of at most `width` characters, each with `step` and `stage`.
 
     One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
@@ -146,7 +148,7 @@ def history_tables(
     return _tables(fixed, shown, width)
 
 
-def _cycle_tables(result: Result, width: int) -> list[Table]:
+def _cycle_tables(result: Result, width: int) -> list[TextTable]:
     """Return tables of cycles of at most `width` characters, as run and with corrected values, if there are any."""
     if (cycles := result.cycles) is None:
         return []
@@ -219,31 +221,45 @@ def _width(column: TextColumn) -> int:
     return 2 + max(map(len, column))
 
 
-def _tables(fixed: Sequence[TextColumn], columns: Sequence[TextColumn], width: int) -> list[Table]:
+def _tables(fixed: Sequence[TextColumn], columns: Sequence[TextColumn], width: int) -> list[TextTable]:
     """Return `columns` in as few tables as `width` allows, each of which begins with the `fixed` ones.
 
     Of the ways to split them the most even one is chosen.
     """
-    narrowest, most = max(map(_width, columns)), width - sum(map(_width, fixed))
-    parts = min((_filled(columns, less) for less in range(narrowest, max(most, narrowest) + 1)), key=len)
-    return [_table([*fixed, *part]) for part in parts]
+    widths = list(map(_width, columns))
+    narrowest, most = max(widths), width - sum(map(_width, fixed))
+    parts = min((_filled(widths, less) for less in range(narrowest, max(most, narrowest) + 1)), key=len)
+    return [_table([*fixed, *(columns[place] for place in part)]) for part in parts]
 
 
-def _filled(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:
-    """Return the columns in order, each part as wide as `width` allows."""
-    parts: list[list[TextColumn]] = [[]]
-    for column in columns:
-        if parts[-1] and sum(map(_width, [*parts[-1], column])) > width:
+def _filled(widths: Sequence[int], width: int) -> list[list[int]]:
+    """Return the places of columns of some widths in order, each part as wide as `width` allows."""
+    parts: list[list[int]] = [[]]
+    for place, own in enumerate(widths):
+        if parts[-1] and sum(widths[one] for one in parts[-1]) + own > width:
             parts.append([])
-        parts[-1].append(column)
+        parts[-1].append(place)
     return parts
 
 
-def _table(columns: Sequence[TextColumn]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
+@dataclass(frozen=True)
+class TextTable:
+    """A table as lines below its heading: rich takes half a millisecond for each row of its own."""
+
+    heading: Table
+    lines: Sequence[str]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table | Segment]:
+        yield self.heading
+        yield Segment("".join(f"{line}\n" for line in self.lines))
+
+
+def _table(columns: Sequence[TextColumn]) -> TextTable:
+    heading = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
     heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
+    cells = []
     for column in columns:
-        table.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True)
-    for row in zip(*(cells for _, _, _, *cells in columns), strict=True):
-        table.add_row(*row)
-    return table
+        width = max(map(len, (*column[:heading_lines], *column[3:])))
+        heading.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True, min_width=width)
+        cells.append([cell.rjust(width) for cell in column[3:]])
+    return TextTable(heading, list(map("  ".join, zip(*cells, strict=True))))
