@@ -223,7 +223,7 @@ class TextMessages(QuietMessages):
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= 30:  # of more `fretsolve show` prints one
-            from fretsolve.post.export.text_report import print_report  # loads rich
+            from fretsolve.post.export.text_report import print_report
 
             print_report(result, heading=False)
         super()._report(result, reached)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+import os
+import shutil
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console, ConsoleOptions
-from rich.markup import escape
-from rich.segment import Segment
-from rich.table import Table
 
 from fretsolve.case.dimensions import cell_counts, counted, in_small_unit
 from fretsolve.case.history import moment_sign
@@ -50,6 +47,9 @@ from fretsolve.result.verdict import verdict_of, why_no_bars
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
+if TYPE_CHECKING:  # rich takes 50 ms to load
+    from rich.console import Console
+
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
@@ -57,13 +57,16 @@ MOST_STAGES, FIRST_STAGES = 60, 6
 """Stages up to which a table has all, and how many of the first of more, before the last ones."""
 
 
-def report_console(file: IO[str] | None = None) -> Console:
-    """Return a console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
-    file = file or unescaped_output()
-    console = Console(file=file, highlight=False)
-    if not console.is_terminal or console.width < 60:
-        console = Console(file=file, highlight=False, width=WIDTH)
-    return console
+def report_console() -> Console:
+    """Return rich's console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
+    from rich.console import Console
+
+    return Console(file=unescaped_output(), highlight=False, width=_width_of(unescaped_output()))
+
+
+def _width_of(file: IO[str]) -> int:
+    width = shutil.get_terminal_size().columns if file.isatty() else WIDTH
+    return width if width >= 60 else WIDTH
 
 
 def print_report(
@@ -79,22 +82,21 @@ def print_report(
     columns: of the history, by default the columns above round-off. Without them the last values with their error bars
     have a table, too.
     """
-    console = report_console(file)
-    for line in _summary(result) if heading else []:
-        console.print(escape(line), soft_wrap=True)
-    tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
-    tables += _cycle_tables(result, console.width)
+    file = file or unescaped_output()
+    width = _width_of(file)
+    lines = _summary(result) if heading else []
+    tables = history_tables(result, every_increment=every_increment, width=width, columns=columns)
+    tables += _cycle_tables(result, width)
     spots = spots_of(result) if may_have_spots(result) else []
     if len(spots) > 1:
         tables.append(_table(spot_columns(spots)))
     if columns is None and "P" + ERROR_SUFFIX in result.history and result.increments:
         tables.append(_table(error_columns(result)))
     for table in tables:
-        console.print()
-        console.print(table)
+        lines += ["", *table.lines_for(file)]
     warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
-    for line in (*_totals(result), *about_spots(spots), *warnings):
-        console.print(escape(line), soft_wrap=True)
+    lines += map(printable, (*_totals(result), *about_spots(spots), *warnings))
+    file.writelines(f"{line}\n" for line in lines)
 
 
 def _summary(result: Result) -> list[str]:
@@ -244,22 +246,25 @@ def _filled(widths: Sequence[int], width: int) -> list[list[int]]:
 
 @dataclass(frozen=True)
 class TextTable:
-    """A table as lines below its heading: rich takes half a millisecond for each row of its own."""
+    """A table as lines: those of its heading, which are bold on a terminal, and those below the rule."""
 
-    heading: Table
-    lines: Sequence[str]
+    heading: Sequence[str]
+    rows: Sequence[str]
 
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Table | Segment]:
-        yield self.heading
-        yield Segment("".join(f"{line}\n" for line in self.lines))
+    def lines_for(self, file: IO[str]) -> list[str]:
+        """Return all lines as `file` can show them."""
+        bold = "\x1b[1m{}\x1b[0m" if file.isatty() and os.environ.get("TERM", "dumb") != "dumb" else "{}"
+        encoding = getattr(file, "encoding", None) or "utf-8"
+        rule = "\N{BOX DRAWINGS LIGHT HORIZONTAL}" if encoding.lower().startswith("utf") else "-"
+        return [*map(bold.format, self.heading), rule * len(self.heading[0]), *self.rows]
 
 
 def _table(columns: Sequence[TextColumn]) -> TextTable:
-    heading = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
     heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
     cells = []
     for column in columns:
-        width = max(map(len, (*column[:heading_lines], *column[3:])))
-        heading.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True, min_width=width)
-        cells.append([cell.rjust(width) for cell in column[3:]])
-    return TextTable(heading, list(map("  ".join, zip(*cells, strict=True))))
+        shown = (*column[:heading_lines], *column[3:])
+        width = max(map(len, shown))
+        cells.append([cell.rjust(width) for cell in shown])
+    lines = list(map("  ".join, zip(*cells, strict=True)))
+    return TextTable(lines[:heading_lines], lines[heading_lines:])

@@ -226,7 +226,7 @@ def test_plain_run_loads_nothing_that_other_cases_need(tmp_path: Path) -> None:
         "try: main()\nexcept SystemExit: pass\n"
         "parts = 'wear', 'post.stress', 'post.fatigue', 'sweep', 'simulation.error_bars', 'result.cycles'\n"
         "others = *(f'fretsolve.{part}' for part in parts), 'pint', 'matplotlib', 'xarray', 'scipy', 'numba',"
-        " 'numpy.ma', 'difflib', 'subprocess'\n"
+        " 'numpy.ma', 'difflib', 'subprocess', 'rich'\n"
         "print([name for name in others if name in sys.modules])"
     )
     assert python(code, write_case(tmp_path)).splitlines()[-1] == "[]"
