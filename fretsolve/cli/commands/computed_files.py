@@ -27,7 +27,7 @@ class FileOrder:
     """A file to compute from a result.
 
     threads: that compute; quiet: print only warnings; exclusive: replace no file; advice: what would help where memory
-    or disk is too small.
+    or disk is too small; folder: where the file lies until it is whole, by default beside `target`.
     """
 
     target: Path
@@ -35,6 +35,7 @@ class FileOrder:
     quiet: bool
     exclusive: bool
     advice: str = AS_OPTIONS
+    folder: Path | None = None
 
 
 @dataclass(frozen=True)
