@@ -91,7 +91,8 @@ def _described(path: Path, file: Any) -> ComputedFile | None:
     with damage_reported(path, "the header"):
         if "header" in file:
             attributes, content = read_sealed(file)
-            kind = next((one for one in CONTENTS if str(attributes["format"]).startswith(f"fretsolve {one} ")), None)
+            form = str(attributes.get("format", ""))  # results have none
+            kind = next((one for one in CONTENTS if form.startswith(f"fretsolve {one} ")), None)
             require(isinstance(content, dict), "the header", "what is in the file")
             if kind is None:
                 return None
