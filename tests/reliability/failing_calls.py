@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import struct
 import subprocess
 import sys
@@ -41,7 +40,7 @@ for line in sys.stdin:
         start()
     print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
 """
-"""Runs commands, each in a fork of its own, which ends as any interpreter does: to start one and import all takes a second."""
+"""Runs commands, each in a fork of its own, which ends as any interpreter does. To start one anew takes a second."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +58,7 @@ class FailingCalls(AbstractContextManager["FailingCalls"]):
 
     def __init__(self, library: Path, scratch: Path):
         self._control, self._scratch = scratch / "control", scratch
+        self._control.touch()
         self._set("")
         given = environment() | {"LD_PRELOAD": str(library), "FAILING_CALLS": str(self._control)}
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
@@ -69,7 +69,7 @@ class FailingCalls(AbstractContextManager["FailingCalls"]):
 
     def _set(self, folder: str, kind: int = -1, number: int = -1, error: int = 0) -> None:
         values = _CONTROL.pack(folder.encode(), kind, number, error, *(0 for _ in KINDS))
-        with open(os.open(self._control, os.O_WRONLY | os.O_CREAT), "wb") as file:  # the library has it in its memory
+        with self._control.open("r+b") as file:  # the library has it in its memory
             file.write(values)
 
     def run(self, folder: Path, *words: object, kind: str = "", number: int = -1, error: int = 0) -> Ended:

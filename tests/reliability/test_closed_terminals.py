@@ -1,4 +1,4 @@
-"""A terminal that is closed stops a run as SIGTERM does; under nohup the run goes on, whatever becomes of its output."""
+"""A closed terminal stops a run as SIGTERM does; under nohup the run goes on, whatever becomes of its output."""
 
 from __future__ import annotations
 
