@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import io
 import os
 import select
@@ -18,9 +17,6 @@ from fretsolve.errors import CaseError, FileError
 
 PIPE_SECONDS = 15.0
 """Within which a pipe must give its text and be closed."""
-
-NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
-"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
 
 PICTURE_MARK = "drawn by fretsolve"
 """In the metadata of every picture, by which one is known before it is replaced."""
