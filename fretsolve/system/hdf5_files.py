@@ -134,7 +134,9 @@ def own_node(group: Any, name: str) -> Any:
     for part in name.split("/"):
         if not isinstance(node, h5py.Group):
             raise ValueError(f"{node.name} is not a group")
-        if node.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:  # KeyError if there is none
+        if not node.id.links.exists(part.encode()):
+            raise KeyError(part)
+        if node.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:
             raise ValueError(f"{name} is a link to another place, which is not followed")
         node = node[part]
     return node

@@ -197,3 +197,14 @@ def test_exchanged_files_of_a_sweep_are_refused(folder: Path) -> None:
     (folder / "aside").rename(other)
     assert "2 error" in invoke("sweep", "collect", folder / "s.sweep").output
     assert (folder / "s.sweep" / "table.csv").read_text().count("was not computed from") == 2
+
+
+@pytest.mark.parametrize("kind", ["stress", "fatigue"])
+@pytest.mark.parametrize("missing", ["", "/body_2"])
+def test_a_missing_group_is_damage(folder: Path, kind: str, missing: str) -> None:
+    path = folder / f"c.{kind}.h5"
+    with h5py.File(path, "a") as file:
+        del file[f"{kind}{missing}"]
+    words = {"stress": "the stresses", "fatigue": "the parameters"}[kind]
+    for line in (("export", path, "--to", "vtk"), ("run", folder / "c.yaml", "--resume", "-q")):
+        assert refused(4, *line) == f"{path}: cannot read {words}: {(missing or kind).strip('/')} is missing\n"
