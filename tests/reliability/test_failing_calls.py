@@ -229,6 +229,6 @@ def test_each_call_fails_once(
     for number in numbers(ended.calls[kind], MOST if name != "all plots" else 1):
         prepared(made, folder, command)
         met = failing.run(folder, *command.words, kind=kind, number=number, error=next(errors))
-        assert met.calls[kind]  # their number varies, since slow runs save more often
+        assert met.calls[kind] or kind in ("rename", "truncate")  # a fast run saves nothing under way
         assert_ended_well(met)
         assert_whole(folder, before, after)
