@@ -196,7 +196,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         It is locked until `stop`. Raises FileError, also if another run holds it.
         """
         if self._lock is None:
-            with self._reported("cannot be written beside", self.out):
+            with reported("its side outputs cannot be written", self.out):
                 self._lock = RunLock.acquire(self._saved.folder)
         return self._saved.folder
 

@@ -100,7 +100,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
         if self._first is None:
             self._first = now
             _announce(number, self._notice)
-        elif now - self._first > SAME_SIGNAL:
+        elif now - self._first > SAME_SIGNAL and number != signal.SIGHUP:  # a terminal sends it, and its shell again
             _announce(number, self._notice and self._at_once)
             os._exit(EXIT_STOPPED)  # nothing to save: committed increments stay, and HDF5 has no file open
 
