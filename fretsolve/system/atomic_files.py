@@ -28,9 +28,6 @@ from fretsolve.system.signals import ENDING, end_by
 _TEMPORARY = re.compile(r"(.+)\.[0-9a-f]{16}\.tmp")
 """Names of files that are being written."""
 
-_WORKING = re.compile(r"(.+)\.[a-z0-9_]{8}\.tmp")
-"""Names of working folders."""
-
 LONGEST_ENDING = len(".0123456789abcdef.tmp")
 """Bytes that the name of a file is longer by while it is written."""
 
@@ -258,17 +255,16 @@ def working_folder(target: Path, folder: Path | None = None) -> Iterator[Path]:
 def _remove_stale_folders(target: Path) -> None:
     """Remove the folders of `target` that a kill has left: own ones with this name, untouched for a day."""
     begun = time.time() - STALE
-    for path in _working_folders(target.parent):
-        if _WORKING.fullmatch(path.name)[1] == target.stem:  # type: ignore[index]  # one of these names
-            with suppress(FileNotFoundError):
-                inside = [path, *path.iterdir()]
-                if all(one.lstat().st_mtime < begun and one.lstat().st_uid == os.geteuid() for one in inside):
-                    shutil.rmtree(path)
+    for path in _working_folders(target.parent, re.escape(target.stem)):
+        with suppress(FileNotFoundError):
+            inside = [path, *path.iterdir()]
+            if all(one.lstat().st_mtime < begun and one.lstat().st_uid == os.geteuid() for one in inside):
+                shutil.rmtree(path)
 
 
-def _working_folders(folder: Path) -> list[Path]:
-    """Return the folders in `folder` that `working_folder` has made. Raises OSError."""
-    found = (path for path in folder.iterdir() if _WORKING.fullmatch(path.name))
+def _working_folders(folder: Path, stem: str = ".+") -> list[Path]:
+    """Return the folders in `folder` that `working_folder` has made for targets of a `stem`. Raises OSError."""
+    found = (path for path in folder.iterdir() if re.fullmatch(stem + r"\.[a-z0-9_]{8}\.tmp", path.name))
     return [path for path in found if path.is_dir() and not path.is_symlink()]
 
 
