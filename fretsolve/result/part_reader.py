@@ -25,6 +25,7 @@ from fretsolve.result.history import History
 from fretsolve.result.layout import DERIVED_FIELDS, ERRORS, FIELDS, QUANTITIES, STEP, optional_among, row_type
 from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.files import reason_of
 from fretsolve.system.hdf5_files import open_hdf5, own_dataset, own_node
 
 _REASONS = {
@@ -243,7 +244,7 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
         missing = isinstance(error, KeyError) and str(error.args[0] if error.args else "")
         if missing and " " not in missing:
             raise FileError(f"cannot read {what or 'the file'}: {shortened(missing)} is missing", path) from error
-        message, what = " ".join(str(error).split()), what or "the file"
+        message, what = reason_of(error) if isinstance(error, OSError) else str(error), what or "the file"
         reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
         raise FileError(next(reasons, f"cannot read {what}: {shortened(message)}"), path) from error
     except _DAMAGE as error:

@@ -74,7 +74,7 @@ class SavedRun:
         """
         # Another run may have ended in the meantime, so check everything again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
-        atomic_files.remove(*atomic_files.temporaries(self.folder))  # left by a kill
+        atomic_files.remove_temporaries(self.folder)
         if overwrite:
             # The header goes last: saved increments without it could not be told from another run's increments.
             atomic_files.remove(*[part.path for part in reversed(all_parts(self.folder))])

@@ -180,7 +180,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self._saved_at = time.monotonic()
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
-        """Write OUT from the parts and remove them. message, kind: why the run failed.
+        """Write OUT from the parts and remove them; other runs may write after `stop`. message, kind: why it failed.
 
         Raises FileError, also if another file has taken OUT's name under way; the increments stay in the parts then.
         """
@@ -193,7 +193,16 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 raise
             self._unsaved.clear()
             self._saved.remove_parts()
-        self.stop()
+
+    def working_folder(self) -> Path:
+        """Return a folder for what is made beside a complete result; a kill leaves it to the next run, which clears it.
+
+        It is locked until `stop`. Raises FileError, also if another run holds it.
+        """
+        if self._lock is None:
+            with reported("its side outputs cannot be written", self.out):
+                self._lock = RunLock.acquire(self._saved.folder)
+        return self._saved.folder
 
     @contextmanager
     def _reported(self, problem: str, file: Path) -> Iterator[None]:

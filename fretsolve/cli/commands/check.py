@@ -229,7 +229,7 @@ def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: History) -
         with HistoryWriter.open(prepared.out, prepared.header, pause=2.0) as writer:
             take = lambda summary, errors: summaries.append(summary)  # noqa: E731
             solve_missing(prepared.setup, writer, StopRequest(), show=take)
-        write_side_outputs(prepared)
+            write_side_outputs(prepared, writer)
         wanted = {
             index: quantity_of(one, stages)
             for index, one in enumerate(case.expect)

@@ -62,7 +62,7 @@ def run_case(
         if writer.complete:
             messages.already_complete(writer.increments)
             if side is not None:
-                side.write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
+                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=False, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
@@ -76,11 +76,11 @@ def run_case(
         except NoSolutionError:
             messages.end()
             raise
-    if complete:
-        messages.end()
-        if side is not None:
-            side.write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
-        return 0
+        if complete:
+            messages.end()
+            if side is not None:
+                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=overwrite)
+            return 0
     messages.stopped(writer.increments)
     return EXIT_STOPPED
 

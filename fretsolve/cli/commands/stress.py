@@ -99,7 +99,9 @@ def compute_with_messages(
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
     with counting_bar("layers", layers, shown=not order.quiet and sys.stdout.isatty()) as show, writing(target):
-        return write_stress(tractions, request, target, order.threads, show, exclusive=order.exclusive)
+        return write_stress(
+            tractions, request, target, order.threads, show, folder=order.folder, exclusive=order.exclusive
+        )
 
 
 def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
