@@ -98,8 +98,8 @@ main.add_command(sweep)
 def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: Any) -> int:
     """Solve CASE and write the result.
 
-    Increments are saved as they are solved, quick ones a few at a time. Ctrl-C (SIGINT), SIGTERM and SIGUSR1 stop the
-    run after the increment under way, a second signal at once. --resume continues it.
+    Increments are saved as they are solved, quick ones a few at a time. Ctrl-C (SIGINT), SIGTERM, SIGUSR1 and a
+    closed terminal (SIGHUP) stop the run after the increment under way, a second signal at once. --resume continues it.
     """
     if options["resume"] and options["overwrite"]:
         raise click.UsageError("--resume and --overwrite exclude each other.")

@@ -96,7 +96,7 @@ def print_report(
         lines += ["", *table.lines_for(file)]
     warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
     lines += map(printable, (*_totals(result), *about_spots(spots), *warnings))
-    file.writelines(f"{line}\n" for line in lines)
+    file.write("".join(f"{line}\n" for line in lines))
 
 
 def _summary(result: Result) -> list[str]:
