@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Iterator
 
 MEANT = (
@@ -90,6 +89,8 @@ def close_name(name: str, allowed: Iterable[str], alike: float = ALIKE) -> str |
     alike: least share of letters in common.
     """
     by_lower = {candidate.lower(): candidate for candidate in allowed}
+    import difflib  # for cases with a mistake
+
     return next((by_lower[match] for match in difflib.get_close_matches(name.lower(), by_lower, 1, cutoff=alike)), None)
 
 

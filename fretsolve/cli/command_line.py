@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import stat
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -169,11 +170,17 @@ class TolerantStream:
             try:
                 yield
             except OSError as error:
+                gone = isinstance(error, BrokenPipeError) or self._is_closed_terminal(error)
                 # the null device takes the buffer and all later output, so that the interpreter can flush at its exit
                 with suppress(OSError), Path(os.devnull).open("w") as nowhere:
                     os.dup2(nowhere.fileno(), self._stream.fileno())
-                if not isinstance(error, BrokenPipeError):
+                if not gone:
                     raise
+
+    def _is_closed_terminal(self, error: OSError) -> bool:
+        with suppress(OSError):
+            return error.errno == errno.EIO and stat.S_ISCHR(os.fstat(self._stream.fileno()).st_mode)
+        return False
 
 
 @contextmanager

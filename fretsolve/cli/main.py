@@ -98,8 +98,8 @@ main.add_command(sweep)
 def run(overrides: tuple[str, ...], error_bars: bool, threads: int, **options: Any) -> int:
     """Solve CASE and write the result.
 
-    Increments are saved as they are solved, quick ones a few at a time. Ctrl-C (SIGINT), SIGTERM and SIGUSR1 stop the
-    run after the increment under way, a second signal at once. --resume continues it.
+    Increments are saved as they are solved, quick ones a few at a time. Ctrl-C (SIGINT), SIGTERM, SIGUSR1 and a
+    closed terminal (SIGHUP) stop the run after the increment under way, a second signal at once. --resume continues it.
     """
     if options["resume"] and options["overwrite"]:
         raise click.UsageError("--resume and --overwrite exclude each other.")
@@ -386,7 +386,7 @@ def export(**options: Any) -> int:
 @repeatable_option(
     "--depth", "depths", "D", "A depth such as 20 um; by default the surface and graded ones to two contact radii."
 )
-@repeatable_option("--stage", "stages", "S", "The end of stage S; by default the ends of all stages.", type=int)
+@repeatable_option("--stage", "stages", "S", "The end of stage S; by default all, or 1000 of more.", type=int)
 @repeatable_option("--step", "steps", "N|N:M", "Increment N, or those with fields from N to M.", type=StepRange())
 @click.option("--cycle", metavar="last|N|all", help="All increments of a cycle of the load path.")
 @click.option("--plane", type=click.Choice(["x=0", "y=0"]), help="Only the row of cells nearest to this plane.")

@@ -50,6 +50,7 @@ class QuietMessages:
         self.setup, self.out, self.threads, self.resume = setup, out, threads, resume
         self.source = setup.case.source
         self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
+        self.cycles = represented_cycles(setup)
 
     @property
     def resuming(self) -> str:
@@ -154,7 +155,7 @@ class TextMessages(QuietMessages):
         print(printable(f"result: {self.out}"))
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
             print(line)
-        done = f", {len(writer.summaries)} of them done" if writer.summaries else ""
+        done = f", {writer.increments} of them done" if writer.increments else ""
         print(f"{path_length(setup)}{done}", flush=True)
         super().start(writer)
         if self.verbose:
@@ -171,7 +172,7 @@ class TextMessages(QuietMessages):
             return
         texts = (f"stage {{task.fields[stage]}}/{self.stages}", "{task.fields[detail]}")
         total = float(self.increments)
-        if cycles := represented_cycles(self.setup):
+        if cycles := self.cycles:
             texts, total, done = ("cycles", "{task.fields[detail]}"), cycles, 0
         with progress_bar(*texts, counted=True) as self._bar:
             self._bar.add_task("", total=total, completed=done, stage=1, detail="")
@@ -182,7 +183,7 @@ class TextMessages(QuietMessages):
         if self.has_bar:
             iterations = summary.iterations_normal + summary.iterations_tangential
             detail = f"{iterations} iterations, residual {summary.worst_residual:.1e}"
-            completed = summary.cycles if represented_cycles(self.setup) else summary.step + 1
+            completed = summary.cycles if self.cycles else summary.step + 1
             self._bar.update(self._bar.task_ids[0], completed=completed, stage=summary.stage, detail=detail)
             return
         values: dict[str, Any] = {
@@ -196,7 +197,7 @@ class TextMessages(QuietMessages):
             "work_total": f"{summary.work_total:.6g}",
             "wall_time": f"{summary.wall_time:.3g}",
         }
-        if total := represented_cycles(self.setup):
+        if total := self.cycles:
             del values["increments"], values["stages"]  # they are the most that there may be
             values |= {
                 "cycles": f"{summary.cycles:.6g}",
@@ -222,7 +223,7 @@ class TextMessages(QuietMessages):
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= 30:  # of more `fretsolve show` prints one
-            from fretsolve.post.export.text_report import print_report  # loads rich
+            from fretsolve.post.export.text_report import print_report
 
             print_report(result, heading=False)
         super()._report(result, reached)
@@ -245,7 +246,7 @@ class JsonMessages(QuietMessages):
             result=str(self.out),
             increments=self.increments,
             stages=self.stages,
-            done=len(writer.summaries),
+            done=writer.increments,
             points=list(grid.shape),
             size=list(grid.size),
             coupling=setup.model.coupling,

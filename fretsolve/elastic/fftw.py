@@ -1,5 +1,5 @@
-"""pyFFTW, fast lengths, blocks of lines with their plans, and FFTW's wisdom: the measurements of its planner, kept in
-the user's cache folder.
+"""pyFFTW, fast lengths, blocks of lines, and plans. What FFTW measures for a plan, its wisdom, is kept in the user's
+cache folder, in a file for each plan.
 
 pyFFTW is imported without the packages that only its wrappers need. SciPy's transforms would take 0.1 s of every
 process; Dask, if installed (the extra `scale`), 0.6 s and 90 MB. Both count as absent while pyFFTW is imported.
@@ -8,9 +8,12 @@ process; Dask, if installed (the extra `scale`), 0.6 s and 90 MB. Both count as 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import math
 import os
 import sys
+import zlib
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -20,7 +23,7 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError
 from fretsolve.system import atomic_files
-from fretsolve.system.files import read_bytes
+from fretsolve.system.files import TakenError, read_bytes
 
 _hidden = [name for name in ("dask", "scipy.fftpack") if name not in sys.modules]
 sys.modules.update(dict.fromkeys(_hidden))  # type: ignore[arg-type]
@@ -34,8 +37,12 @@ CACHE_BYTES = 300 * 1024
 """Size of a block of lines: three or four fit into the second-level cache of a core. With 400 KiB an increment of mode
 I.3 takes 3 to 4 % longer on 512 x 512 and 1024 x 1024 points, and as long on 256 x 256 and 2048 x 2048."""
 
+GZIP = 31
+"""The format with a header and CRC-32, among those of zlib."""
+
 LEAST_MEASURED = 2**14
-"""Numbers from which plans are measured. On small grids that would take 0.3 s for each and gain a tenth."""
+"""Numbers from which plans of blocks are measured, which takes 0.1 to 0.5 s for each. Blocks of a quarter of that are
+transformed in 0.5 to 1.0 of the time of estimated plans, so that measuring pays after 10^4 to 10^5 transforms."""
 
 
 def padded_length(points: int) -> int:
@@ -58,24 +65,6 @@ def fast_length(least: int, even: bool = False) -> int:
         if time < least_time and (twos or not even):
             best, least_time = length, time
     return best
-
-
-_unsaved = False  # like FFTW's wisdom, this and the next lines belong to the process
-"""Whether plans may have been measured, or wisdom been read, that the file does not have."""
-
-_known: bytes | None = None
-_version: tuple[object, ...] = ()
-"""What tells the file that was read from others."""
-
-
-def plan(*arguments: Any, flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
-    """Make a plan of FFTW, from wisdom where there is some."""
-    global _unsaved
-    if "FFTW_MEASURE" in flags:
-        with contextlib.suppress(RuntimeError):  # FFTW has no wisdom about this plan
-            return pyfftw.FFTW(*arguments, flags=(*flags, "FFTW_WISDOM_ONLY"), **options)
-        _unsaved = True
-    return pyfftw.FFTW(*arguments, flags=flags, **options)
 
 
 def estimated_plan(source: NDArray[Any], target: NDArray[Any], axis: int, back: bool = False) -> pyfftw.FFTW:
@@ -108,54 +97,98 @@ def even_parts(lines: int, bytes_per_line: int) -> list[slice]:
     return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
 
 
-def has_unsaved_wisdom() -> bool:
-    """Return whether this process may know plans that other processes would have to measure, and then choose others.
+_known: dict[str, bytes | None] = {}
+"""Wisdom of the measured plans of this process by their names, for where the cache cannot be read or written."""
 
-    Estimated plans are the same each time, with the same wisdom.
+
+def plan(*arrays: NDArray[Any], flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
+    """Make a plan of FFTW, which depends on nothing that this process has planned before.
+
+    A measured plan comes from its file in the cache. Where there is none, or a damaged one, that is written, so that a
+    resumed run transforms by the same plans. Of two processes that measure a plan at once both take that of the first.
     """
-    return _unsaved
+    pyfftw.forget_wisdom()
+    options["flags"] = flags
+    return _measured_plan(arrays, options) if "FFTW_MEASURE" in flags else pyfftw.FFTW(*arrays, **options)
 
 
-def wisdom_file() -> Path:
-    """Return the wisdom's file, in ``$FRETSOLVE_CACHE`` or in fretsolve's part of the user's cache folder."""
-    folder: str | Path | None = os.environ.get("FRETSOLVE_CACHE")
-    if folder is None:
-        folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fretsolve"
-    return Path(folder) / f"fftw-wisdom-{pyfftw.__version__}"
+def _measured_plan(arrays: tuple[NDArray[Any], ...], options: dict[str, Any]) -> pyfftw.FFTW:
+    name = plan_name(arrays, options)
+    kept = _read(name)
+    made = _plan_by(kept, arrays, options)
+    if made is None:
+        if kept is not None:
+            _remove(name)  # before the plan is measured, which another process may do meanwhile
+        made = _plan_by(_known.get(name), arrays, options) or pyfftw.FFTW(*arrays, **options)
+        kept = max(pyfftw.export_wisdom(), key=len)  # of the three precisions only this one has a plan
+        if not _write(name, kept):
+            kept = _read(name) or kept
+            made = _plan_by(kept, arrays, options) or made
+    _known[name] = kept
+    return made
 
 
-def load_wisdom() -> bool:
-    """Give FFTW the measurements of earlier runs, unless it has them. Return False if none can be read."""
-    global _known, _version, _unsaved
-    before, _known = _known, None
-    with contextlib.suppress(OSError, RuntimeError, FileError):
-        path = wisdom_file()
-        found = path.stat()
-        version = path, found.st_ino, found.st_mtime_ns, found.st_size
-        if before is not None and version == _version:
-            _known = before
-            return True
-        # a hundred grids take some 100 kB
-        _version, content = version, read_bytes(path, 2**26)
-        parts = content.split(b"\0")
-        if content == before or (len(parts) == 3 and all(pyfftw.import_wisdom(tuple(parts))[:2])):
-            _known = content
-    if _known is None:  # somebody has removed the file, or it is damaged
-        _unsaved = _unsaved or before is not None
-    return _known is not None
+def _plan_by(wisdom: bytes | None, arrays: tuple[NDArray[Any], ...], options: dict[str, Any]) -> pyfftw.FFTW | None:
+    """Return a plan that is in `wisdom`, None without one."""
+    pyfftw.forget_wisdom()
+    if wisdom and any(pyfftw.import_wisdom((wisdom,) * 3)):
+        with contextlib.suppress(RuntimeError):  # it has no such plan
+            return pyfftw.FFTW(*arrays, **options | {"flags": (*options["flags"], "FFTW_WISDOM_ONLY")})
+    return None
 
 
-def save_wisdom() -> None:
-    """Save what FFTW knows and what other processes have saved meanwhile. A cache that cannot be written is ignored."""
-    global _known, _unsaved
-    load_wisdom()
-    _unsaved = False  # also where it cannot be written, or each increment would try again
-    content = b"\0".join(pyfftw.export_wisdom())
-    if content == _known:
-        return
-    with contextlib.suppress(OSError, RuntimeError):
-        path = wisdom_file()
+def plan_name(arrays: tuple[NDArray[Any], ...], options: dict[str, Any]) -> str:
+    """Return the name of a plan's file: a digest of what FFTW knows plans by, and of FFTW itself."""
+    of_arrays = [(one.shape, one.strides, one.dtype.str, pyfftw.is_byte_aligned(one)) for one in arrays]
+    in_place = arrays[0] is arrays[1]
+    problem = _fftw(), of_arrays, in_place, sorted(options.items())
+    return f"fftw-{hashlib.sha256(repr(problem).encode()).hexdigest()[:16]}.gz"
+
+
+@cache
+def _fftw() -> tuple[Any, ...]:
+    """Return versions and empty wisdom, which has a digest of all algorithms that this processor can execute.
+
+    So processors with other vector instructions have files of their own in a shared home.
+    """
+    pyfftw.forget_wisdom()
+    return pyfftw.__version__, *pyfftw.export_wisdom()
+
+
+def cache_folder() -> Path:
+    """Return ``$FRETSOLVE_CACHE`` or fretsolve's part of the user's cache folder. Raises OSError without a home."""
+    if (folder := os.environ.get("FRETSOLVE_CACHE")) is not None:
+        return Path(folder)
+    try:
+        return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "fretsolve"
+    except RuntimeError as error:
+        raise FileNotFoundError(*error.args) from error
+
+
+def _read(name: str) -> bytes | None:
+    """Return the wisdom in a file of the cache; None if there is none, and nothing if it is damaged."""
+    try:
+        # gzip's format has a checksum; a plan takes some 300 bytes
+        return zlib.decompress(read_bytes(cache_folder() / name, 2**16), wbits=GZIP)
+    except FileNotFoundError:
+        return None
+    except (OSError, FileError, zlib.error):
+        return b""
+
+
+def _remove(name: str) -> None:
+    with contextlib.suppress(OSError):
+        atomic_files.remove(cache_folder() / name, durable=False)
+
+
+def _write(name: str, wisdom: bytes) -> bool:
+    """Write a file of the cache. Return False if there is one. A cache that cannot be written is ignored."""
+    with contextlib.suppress(OSError):
+        path = cache_folder() / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        with atomic_files.new_file(path, durable=False) as file:
-            file.write(content)
-        _known = content
+        try:
+            with atomic_files.new_file(path, durable=False, exclusive=True) as file:
+                file.write(zlib.compress(wisdom, wbits=GZIP))
+        except TakenError:
+            return False
+    return True

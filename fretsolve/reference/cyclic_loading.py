@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, TypeVar
 
@@ -183,6 +183,7 @@ def dissipated(loads: Sequence[float], per_cycle: Callable[[float], float]) -> f
     later branch half a cycle of half its length, a closed loop a full cycle.
     """
     points, closed = turning_points(loads)
+    per_cycle = cache(per_cycle)  # most loops of a long path are alike
     lengths = [abs(after - before) for before, after in pairwise(points)]
     opened = [(0.5, 0.5 * length) if index else (0.25, length) for index, length in enumerate(lengths)]
     return sum(cycles * per_cycle(load) for cycles, load in (*opened, *closed))

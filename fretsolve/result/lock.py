@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import pwd
@@ -16,12 +17,15 @@ from typing import TYPE_CHECKING
 
 from fretsolve.errors import BusyError, FileError
 from fretsolve.system import atomic_files
-from fretsolve.system.files import NO_LOCKS, read_small_text, reason_of
+from fretsolve.system.files import read_small_text, reason_of
 
 if TYPE_CHECKING:  # filelock takes 30 ms to load, and readers of results lock nothing
     from filelock import BaseFileLock
 
 LOCK_NAME, HOLDER_NAME = "lock", "holder"
+
+NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
+"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
 
 WITHOUT_LOCK = "the file system has no locks, so nothing keeps a second run from writing this result"
 

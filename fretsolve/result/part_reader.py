@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 from zipfile import BadZipFile
 
 import numpy as np
@@ -21,9 +21,11 @@ from numpy.typing import NDArray
 
 from fretsolve.errors import FileError, shortened
 from fretsolve.result.header import RunHeader, read_sealed
+from fretsolve.result.history import History
 from fretsolve.result.layout import DERIVED_FIELDS, ERRORS, FIELDS, QUANTITIES, STEP, optional_among, row_type
-from fretsolve.result.state import ZONE_NAMES, Summary, summary_of
+from fretsolve.result.state import ZONE_NAMES
 from fretsolve.system.arrays import DoubleArray
+from fretsolve.system.files import reason_of
 from fretsolve.system.hdf5_files import open_hdf5, own_dataset, own_node
 
 _REASONS = {
@@ -44,6 +46,21 @@ RUN = "run"
 """Attribute of a part with the digest of its run."""
 
 
+class Steps(tuple[int, ...]):
+    """Increments, of which one of many is found at once."""
+
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        return {step: place for place, step in reversed(list(enumerate(self)))}
+
+    def __contains__(self, step: object) -> bool:
+        return step in self._places
+
+    def index(self, step: int, *limits: SupportsIndex) -> int:
+        """Return the place of an increment. Raises ValueError if it is not there."""
+        return super().index(step, *limits) if limits or step not in self else self._places[step]
+
+
 class PartReader(AbstractContextManager["PartReader"]):
     """An open part or result file. Raises FileError if it is damaged.
 
@@ -56,7 +73,8 @@ class PartReader(AbstractContextManager["PartReader"]):
             self.file = opened.enter_context(open_hdf5(path))
             steps = _read_column(own_dataset(self.file, "fields/step"))
             require(steps.dtype.kind in "iu", "fields/step", "whole numbers, one per increment")
-            self.field_steps: list[int] = steps.tolist()
+            self.field_steps = Steps(steps.tolist())
+            self._fields: dict[str, Any] = {}
             self.field_names = [one.name for one in FIELDS + DERIVED_FIELDS if one.name in self.file["fields"]]
             opened.pop_all()
 
@@ -73,9 +91,9 @@ class PartReader(AbstractContextManager["PartReader"]):
             columns = {name: _read_column(own_dataset(group, name)) for name in group if name in QUANTITIES}
             return _row_records(columns)
 
-    def summaries(self) -> list[Summary]:
+    def summaries(self) -> History:
         """Return the summaries of all increments."""
-        return [summary_of(row) for row in self.rows]
+        return History.of_rows([self.rows])
 
     @cached_property
     def grid(self) -> tuple[DoubleArray, DoubleArray]:
@@ -116,8 +134,8 @@ class PartReader(AbstractContextManager["PartReader"]):
         """Raise FileError unless `field_steps` are the stored increments. A result stores the last increment, too."""
         with damage_reported(self.path, "fields/step"):
             steps = self.rows["step"].tolist()
-            stored = [step for step in steps if stores_fields(step)]
-            right = self.field_steps in (stored, stored + steps[-1:])
+            stored = tuple(step for step in steps if stores_fields(step))
+            right = self.field_steps in (stored, (*stored, *steps[-1:]))
             require(right, "fields/step", "the increments that are stored")
 
     def require_fields(self, shape: tuple[int, int]) -> None:
@@ -131,9 +149,18 @@ class PartReader(AbstractContextManager["PartReader"]):
     def read(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`, one of `field_steps`."""
         with damage_reported(self.path, f"fields/{name} of increment {step}"):
+            return checked_plane(name, np.asarray(self._field(name)[self.field_steps.index(step)]))
+
+    def _field(self, name: str) -> Any:
+        """Return the dataset of a field, checked once: HDF5 takes longer to measure one of many planes than to read it.
+
+        Raises KeyError or ValueError.
+        """
+        if name not in self._fields:
             dataset, count = own_dataset(self.file, f"fields/{name}"), len(self.field_steps)
             require(len(dataset) == count, f"fields/{name}", f"{count} planes, one per stored increment")
-            return checked_plane(name, np.asarray(dataset[self.field_steps.index(step)]))
+            self._fields[name] = dataset
+        return self._fields[name]
 
     def verify(self) -> None:
         """Read all fields, so that their checksums are compared. Raises FileError."""
@@ -217,7 +244,7 @@ def damage_reported(path: Path, what: str = "") -> Iterator[None]:
         missing = isinstance(error, KeyError) and str(error.args[0] if error.args else "")
         if missing and " " not in missing:
             raise FileError(f"cannot read {what or 'the file'}: {shortened(missing)} is missing", path) from error
-        message, what = " ".join(str(error).split()), what or "the file"
+        message, what = reason_of(error) if isinstance(error, OSError) else str(error), what or "the file"
         reasons = (reason.format(what) for part, reason in _REASONS.items() if part in message)
         raise FileError(next(reasons, f"cannot read {what}: {shortened(message)}"), path) from error
     except _DAMAGE as error:

@@ -193,7 +193,7 @@ def write_result(
             for axis, scale in enumerate(scales):
                 dataset.dims[axis].attach_scale(scale)
         _write_columns(file.create_group("history"), [(known[name], rows[name]) for name in rows.dtype.names or ()])
-        _write_cycles(file, header, rows, steps, ended=status == "complete")
+        _write_cycles(file, header, rows, {step: place for place, step in enumerate(steps)}, ended=status == "complete")
         names = [quantity.name for quantity in header.stored_fields]
         write_sealed(file, header.attributes(status, failure), content_of(rows, header.x, header.y, steps, names))
         if status != "complete" and last_state is not None:
@@ -211,16 +211,16 @@ def _write_columns(group: Any, columns: Sequence[tuple[Quantity, Any]]) -> None:
         scale = scale or column
 
 
-def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], steps: Sequence[int], *, ended: bool) -> None:
-    """Write the table of cycles, if there is any, from the history `rows` and the fields of `steps` in `file`."""
+def _write_cycles(file: Any, header: RunHeader, rows: NDArray[Any], places: dict[int, int], *, ended: bool) -> None:
+    """Write the table of cycles, if any, from the history `rows` and the fields in `file`; places: of their steps."""
     if not has_cycles(header.case):
         return
     from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
     def slip(step: int) -> NDArray[Any] | None:
-        if "slip_x" not in file["fields"] or step not in steps:
+        if "slip_x" not in file["fields"] or step not in places:
             return None
-        return np.array([file[f"fields/slip_{axis}"][steps.index(step)] for axis in "xy"])
+        return np.array([file[f"fields/slip_{axis}"][places[step]] for axis in "xy"])
 
     history = {name: rows[name] for name in rows.dtype.names or ()}
     if (table := cycle_table(history, header.case, slip, ended=ended)) is not None:
@@ -257,18 +257,22 @@ def _write_fields(
     """
     rank = {step: index for index, step in enumerate(steps)}
     targets = [(each, create_field(group, each, len(steps), header.shape)) for each in header.stored_fields]
-    tables = []
+    first = sources[0].first if sources else states[0].summary.step if states else 0
+    after = sources[-1].last if sources else first - 1
+    later = [state for state in states if state.summary.step > after]
+    rows = np.empty(after + 1 + len(later) - first, header.row_type)
     for source in sources:
         with PartReader(source.path) as reader, damage_reported(source.path, "fields"):
-            tables.append(reader.rows)  # checked when the run took it up, or its own
+            # checked when the run took it up, or its own
+            rows[source.first - first : source.last + 1 - first] = reader.rows
             for index, step in enumerate(reader.field_steps):
                 for quantity, target in targets if step in rank else ():
                     _copy_chunks(reader.file["fields"][quantity.name], index, target, rank[step])
-    after = tables[-1]["step"][-1] if tables else -1
     for state in states:
         for quantity, target in targets if state.summary.step in rank else ():
             target[rank[state.summary.step]] = component(state, quantity)
-    return np.concatenate([*tables, _rows(header, [state for state in states if state.summary.step > after])]), targets
+    rows[after + 1 - first :] = _rows(header, later)
+    return rows, targets
 
 
 def _copy_chunks(source: Any, source_step: int, target: Any, target_step: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from bisect import bisect_right
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from fretsolve.result.layout import (
     quantities_of,
 )
 from fretsolve.result.lock import is_locked
-from fretsolve.result.part_reader import PartReader, damage_reported
+from fretsolve.result.part_reader import PartReader, Steps, damage_reported
 from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
@@ -76,7 +77,7 @@ class Result(AbstractContextManager["Result"]):
     x: DoubleArray
     y: DoubleArray
     fields: tuple[str, ...]
-    steps: tuple[int, ...]
+    steps: Steps
     _parts: list[Part]
     _open: PartReader | None = None
 
@@ -92,7 +93,7 @@ class Result(AbstractContextManager["Result"]):
     def case_yaml(self) -> str:
         return str(self.attributes["case_yaml"])
 
-    @property
+    @cached_property
     def effective_case(self) -> dict[str, Any]:
         case: dict[str, Any] = json.loads(self.attributes["effective_case"])
         return case
@@ -112,9 +113,13 @@ class Result(AbstractContextManager["Result"]):
         from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
         def slip(step: int) -> NDArray[Any] | None:
-            return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
+            return self.field("slip", step) if "slip_x" in self.fields and step in self._stored else None
 
         return cycle_table(self.history, self.effective_case, slip, ended=self.status == "complete")
+
+    @cached_property
+    def _stored(self) -> frozenset[int]:
+        return frozenset(self.steps)
 
     @property
     def increments(self) -> int:
@@ -151,7 +156,7 @@ class Result(AbstractContextManager["Result"]):
         if name not in self.fields:
             raise KeyError(f"no field {name!r} in the result, which has {', '.join(self.fields) or 'none'}")
         wanted = self.steps[-1] if step == -1 and self.steps else step
-        if wanted not in self.steps:
+        if wanted not in self._stored:
             few = self.steps if len(self.steps) < 10 else (*self.steps[:2], "...", self.steps[-1])
             stored = ", ".join(map(str, few)) or "none"
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")
@@ -207,9 +212,10 @@ class Result(AbstractContextManager["Result"]):
 
     def _plane(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`. Raises FileNotFoundError if its file is not there any more."""
-        part = next((part for part in self._parts if part.first <= step <= part.last), None)
-        if part is None:
+        index = bisect_right(self._parts, step, key=lambda part: part.first) - 1
+        if index < 0 or step > self._parts[index].last:
             raise FileNotFoundError(self.path)
+        part = self._parts[index]
         if self._open is None or self._open.path != part.path:
             self.close()
             self._open = PartReader(part.path)
@@ -304,7 +310,7 @@ def _open_file(out: Path) -> Result:
         reader.require_content(content)
         reader.require_fields((len(x), len(y)))
         opened.pop_all()
-    fields, steps = tuple(reader.field_names), tuple(reader.field_steps)
+    fields, steps = tuple(reader.field_names), reader.field_steps
     return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), reader)
 
 
@@ -320,7 +326,7 @@ def _open_parts(out: Path) -> Result:
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # the state has its fields
     fields = tuple(quantity.name for quantity in header.stored_fields)
-    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, tuple(steps), parts)
+    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, Steps(steps), parts)
 
 
 def _columns(rows: NDArray[Any]) -> Columns:

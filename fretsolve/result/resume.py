@@ -8,10 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
 
 from fretsolve.case.dimensions import counted
 from fretsolve.errors import CaseError, FileError
 from fretsolve.result.header import RunHeader, require_same_run
+from fretsolve.result.history import History
 from fretsolve.result.part_reader import PartReader
 from fretsolve.result.parts import (
     HEADER_NAME,
@@ -26,7 +30,7 @@ from fretsolve.result.parts import (
     write_state,
 )
 from fretsolve.result.reader import open_result, read_attributes, read_header
-from fretsolve.result.state import State, Summary
+from fretsolve.result.state import State
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_free, require_regular
 
@@ -46,7 +50,7 @@ class SavedRun:
         self.out, self.folder, self.header = out, parts_folder(out), header
         self._advice = advice
         self.parts: list[Part] = []
-        self.summaries: list[Summary] = []
+        self.summaries = History()
         self.last_state: State | None = None
         self.complete = False
         self.notes: list[str] = []
@@ -70,7 +74,7 @@ class SavedRun:
         """
         # Another run may have ended in the meantime, so check everything again under the lock.
         require_free(self.out, overwrite=resume or overwrite, advice=TO_GO_ON)
-        atomic_files.remove(*atomic_files.temporaries(self.folder))  # left by a kill
+        atomic_files.remove_temporaries(self.folder)
         if overwrite:
             # The header goes last: saved increments without it could not be told from another run's increments.
             atomic_files.remove(*[part.path for part in reversed(all_parts(self.folder))])
@@ -205,7 +209,7 @@ class SavedRun:
 
         These are the increments up to the newest state for which all parts are undamaged.
         """
-        found: list[Part] = []
+        found, tables = list[Part](), list[NDArray[Any]]()
         problem: FileError | None = None
         parts = contiguous_parts(self.folder)
         if len(parts) < len(all_parts(self.folder)):
@@ -215,7 +219,7 @@ class SavedRun:
                 with PartReader(part.path) as reader:
                     reader.require_part(self.header, part.first, part.last)
                     reader.verify()
-                    self.summaries += reader.summaries()
+                    tables.append(reader.rows)
             except FileError as error:
                 problem = error
                 break
@@ -230,7 +234,7 @@ class SavedRun:
                 problem = problem or error
                 found.pop()
         self.parts = found
-        del self.summaries[found[-1].last + 1 if found else 0 :]
+        self.summaries = History.of_rows(tables[: len(found)])
         return problem
 
     def _set_rest_aside(self, problem: FileError | None) -> None:

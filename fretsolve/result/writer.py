@@ -65,7 +65,8 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     """A result being written; a context manager, which stops the run if it is left without `finish`.
 
     complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
-    beginning. summaries: of all increments so far. notes: warnings about the resume, and a lock that there is not.
+    beginning. increments: their number so far; summaries: of all of them, which a run that goes on from them adds to
+    before they come here. notes: warnings about the resume, and a lock that there is not.
     """
 
     def __init__(
@@ -80,6 +81,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.out, self.header = saved.out, saved.header
         self.complete, self.notes = saved.complete, saved.notes
         self.last_state, self.summaries = saved.last_state, saved.summaries
+        self.increments = len(self.summaries)
         self._saved, self._lock = saved, lock
         self._pause, self._advice, self._shared = pause, advice, shared
         self._saved_at = time.monotonic()
@@ -142,10 +144,12 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """
         if (state.errors is not None) != self.header.errors:
             raise ValueError("either every increment has error bars or none, as the header says")
-        if state.summary.step != len(self.summaries):
-            raise ValueError(f"increment {state.summary.step} does not follow {len(self.summaries) - 1}")
+        if state.summary.step != self.increments:
+            raise ValueError(f"increment {state.summary.step} does not follow {self.increments - 1}")
         self.last_state = state
-        self.summaries.append(state.summary)
+        if len(self.summaries) == self.increments:
+            self.summaries.append(state.summary)
+        self.increments += 1
         self._unsaved.append(state)
         if len(self._unsaved) > 1:
             # Nothing goes on from the state before. Its arrays, if kept, would take up to 7 % of small grids' time:
@@ -160,7 +164,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
 
     def is_saved(self, step: int) -> bool:
         """Return whether increment `step` is committed."""
-        return step < len(self.summaries) - len(self._unsaved)
+        return step < self.increments - len(self._unsaved)
 
     def save(self) -> None:
         """Commit the increments that a pause has left unsaved. Raises FileError."""
@@ -176,7 +180,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self._saved_at = time.monotonic()
 
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
-        """Write OUT from the parts and remove them. message, kind: why the run failed.
+        """Write OUT from the parts and remove them; other runs may write after `stop`. message, kind: why it failed.
 
         Raises FileError, also if another file has taken OUT's name under way; the increments stay in the parts then.
         """
@@ -189,7 +193,16 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
                 raise
             self._unsaved.clear()
             self._saved.remove_parts()
-        self.stop()
+
+    def working_folder(self) -> Path:
+        """Return a folder for what is made beside a complete result; a kill leaves it to the next run, which clears it.
+
+        It is locked until `stop`. Raises FileError, also if another run holds it.
+        """
+        if self._lock is None:
+            with reported("its side outputs cannot be written", self.out):
+                self._lock = RunLock.acquire(self._saved.folder)
+        return self._saved.folder
 
     @contextmanager
     def _reported(self, problem: str, file: Path) -> Iterator[None]:
@@ -206,10 +219,10 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """Return how many of the increments so far are saved, and how to go on."""
         if not all(part.path.exists() for part in self._saved.parts):
             return "saved increments were removed under way"
-        saved = len(self.summaries) - len(self._unsaved)
+        saved = self.increments - len(self._unsaved)
         if not saved:
             return "no increment is saved"
-        return f"{saved} of {len(self.summaries)} increments are kept, {self._advice}"
+        return f"{saved} of {self.increments} increments are kept, {self._advice}"
 
     def _write(
         self,

@@ -6,10 +6,11 @@ import functools
 import hashlib
 import json
 import platform
+import runpy
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
-from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Protocol
 
@@ -63,7 +64,7 @@ def solve_missing(
         while unshown and writer.is_saved(unshown[0][0].step):
             show(*unshown.pop(0))
 
-    so_far = writer.last_state, tuple(writer.summaries)  # the writer's own list grows meanwhile
+    so_far = writer.last_state, writer.summaries
     if setup.case.solver.error_bars:
         from fretsolve.simulation.error_bars.error_bars import run_with_error_bars  # other runs do not need it
 
@@ -71,12 +72,12 @@ def solve_missing(
     else:
         states = run(setup, *so_far, threads)
     failure = _save_each(states, save, stop, beside=beside)
-    complete = len(writer.summaries) == setup.load_path.followed(writer.summaries).increments
+    complete = writer.increments == setup.load_path.followed(writer.summaries).increments
     if failure is not None:
         writer.finish("failed", str(failure), failure.kind)
     elif complete:
         writer.finish("complete")
-    elif writer.summaries:
+    elif writer.increments:
         writer.save()
     show_saved()
     if failure is not None:
@@ -144,10 +145,16 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
 
 @functools.cache
 def _environment() -> dict[str, str]:
-    # Metadata takes milliseconds to search, so only for SciPy, which few runs load.
     loaded = {"numpy": np, "pyfftw": pyfftw, "h5py": h5py}
-    versions = {"scipy": version("scipy"), **{name: library.__version__ for name, library in loaded.items()}}
+    versions = {"scipy": _scipy_version(), **{name: library.__version__ for name, library in loaded.items()}}
     return {"platform": platform.platform(), "python": platform.python_version(), **versions}
+
+
+def _scipy_version() -> str:
+    """Return the version of SciPy, which few runs load; to search its metadata takes milliseconds."""
+    spec = find_spec("scipy")
+    assert spec is not None, "it is a dependency"
+    return str(runpy.run_path(str(Path(str(spec.origin)).with_name("version.py")))["version"])
 
 
 def height_maps(case: Case) -> list[Path]:

@@ -19,7 +19,6 @@ from fretsolve.contact.increment.mirrored_increment import MirroredIncrementSolv
 from fretsolve.contact.increment.states import InitialState, Prediction, with_mismatch
 from fretsolve.contact.zones.area_contact import AreaContact
 from fretsolve.contact.zones.line_contact import LineContact
-from fretsolve.elastic.fftw import has_unsaved_wisdom, load_wisdom, save_wisdom
 from fretsolve.elastic.kernels import load, readying_seconds
 from fretsolve.errors import CaseError, GridEdgeError, KeyPath, NoSolutionError
 from fretsolve.problem.friction.limit import FrictionLimit, FrictionOnGrid, require_stable, require_stable_on_rig
@@ -28,6 +27,7 @@ from fretsolve.problem.model.rig import Rig
 from fretsolve.problem.setup.picked_settings import AREA_MARGIN, room_for_cells, worn_reach
 from fretsolve.problem.setup.problem import ProblemSetup, may_be_mirrored
 from fretsolve.problem.surface.separation import is_mirrored, map_border, map_spans, map_without_point
+from fretsolve.result.history import History
 from fretsolve.result.state import Before, Fields, State, Summary, Zone
 from fretsolve.simulation.fields_of_increment import fields_of, mean_pressure, precision_of, read_only, unloaded
 from fretsolve.simulation.problem_setup import contact_size, set_up
@@ -43,8 +43,8 @@ def run(
 
     With an accuracy the rounds that it takes are solved first, and the states of the last one are kept in memory.
 
-    start, history: the last state and the summaries of all increments so far, to go on from; threads: number of threads
-    that share the transforms, on which no bit of a state depends.
+    start, history: the last state and the summaries of all increments so far, to go on from; a `History` takes up the
+    new ones, too. threads: number of threads that share the transforms, on which no bit of a state depends.
     Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
     """
     if not isinstance(case, Case | ProblemSetup):
@@ -86,7 +86,7 @@ def states_of(
     predicts = setup.model.has_shear and not setup.model.line
     predicts = predicts and setup.model.orthotropy is None and precision_of(setup) is np.float64
     past = None if start is None else start.before
-    summaries = list(history)
+    summaries = history if isinstance(history, History) else History(history)
     path = setup.load_path.followed(summaries)
     # The slip before a loss of contact has left no shear traction. Nothing is kept of that since then alone, so that
     # edges of the stick zone follow from the increment's, as where cells have slipped before.
@@ -104,7 +104,7 @@ def states_of(
             limit = _friction_limit(friction, fields, coefficient, setup, contact.solver)
             begin = InitialState(fields.pressure, fields.shear, displacement, rigid, limit, before)
             if past is not None and (growth := path.growth(step)) is not None:
-                moved = _rigid(summaries) - _rigid(summaries[:-1])
+                moved = _rigid(summaries) - _rigid(summaries[-2:-1])
                 begin = replace(begin, prediction=Prediction.of(growth, fields, displacement, past, moved))
             if increment.strain_mismatch is not None:
                 # scaled slips of friction along two axes do not turn as a whole
@@ -117,8 +117,6 @@ def states_of(
         except NoSolutionError as error:
             locate(error, setup, increment)
             raise
-        if has_unsaved_wisdom():
-            save_wisdom()  # before the state is yielded: a resumed run must transform by the same plans
         # from the slip of this increment, which the next line adds to that before
         sizes = contact.sizes(solved, np.zeros_like(fields.slip) if lost else fields.slip)
         last = fields
@@ -154,7 +152,6 @@ def increment_solver(
     separation: of the undeformed surfaces; to_map_end: whether the contact may reach the last cells of a height map, as
     if it were the end of the material. Otherwise such an increment has no solution.
     """
-    load_wisdom()
     border = None if to_map_end else map_border(setup.case.surface, setup.grid.x, setup.grid.y)
     return _solver_type(setup, separation)(
         setup.grid,

@@ -51,7 +51,7 @@ def solve(
         case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
         if writer.complete:  # another process was faster, or was ended before it had written the side outputs
-            write_side_outputs(case, threads)
+            write_side_outputs(case, writer, threads)
             return RunReport(index, 0)
         try:
             if not solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)):
@@ -59,27 +59,30 @@ def solve(
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:
-            write_side_outputs(case, threads)
+            write_side_outputs(case, writer, threads)
         seconds, notes = time.perf_counter() - began, tuple(writer.notes)
-        return RunReport(index, code, reason, increments=len(writer.summaries), seconds=seconds, notes=notes)
+        return RunReport(index, code, reason, increments=writer.increments, seconds=seconds, notes=notes)
 
 
-def write_side_outputs(case: PreparedCase, threads: int = 1) -> None:
-    """Write the side outputs that the case asks for and that are missing. Raises CaseError, FileError."""
+def write_side_outputs(case: PreparedCase, writer: HistoryWriter, threads: int = 1) -> None:
+    """Write the side outputs that the case asks for and that are missing; writer: of its result.
+
+    Raises CaseError, FileError.
+    """
     if is_finished(case.out, case.beside):
         return
     from fretsolve.post.crack.crack_file import write_case_crack
     from fretsolve.post.fatigue.fatigue_file import write_case_fatigue
     from fretsolve.post.stress.stress_file import write_case_stress
 
-    output = case.setup.case.output
+    output, folder = case.setup.case.output, writer.working_folder()
     with open_result(case.out) as result:
         if output.stress is not None and not stress_path(case.out).exists():
-            write_case_stress(result, output.stress, threads)
+            write_case_stress(result, output.stress, threads, folder)
         if output.fatigue is not None and not fatigue_path(case.out).exists():
-            write_case_fatigue(result, case.setup.case, threads)
+            write_case_fatigue(result, case.setup.case, threads, folder)
         if output.crack is not None and not crack_path(case.out).exists():
-            write_case_crack(result, case.setup.case)
+            write_case_crack(result, case.setup.case, folder)
 
 
 def run_serially(

@@ -121,8 +121,9 @@ def _columns(
     ends: the increments with which stages end; corrected: take corrected values where there are any.
     """
     names, columns = {one.name for one in quantities}, {}
+    relevant = relevant_columns(result)
     for name in names.difference(CYCLE_NAMES, *OUTPUT_NAMES.values()):
-        columns[name] = _of_history(result, name, ends, corrected)
+        columns[name] = _of_history(result, name, ends, relevant, corrected)
     for name in names.intersection(CYCLE_NAMES):
         columns[name] = _of_cycles(result.cycles, name, corrected)
     if of_stresses := names.intersection(OUTPUT_NAMES["stress"]):
@@ -146,13 +147,15 @@ def _columns(
     return columns
 
 
-def _of_history(result: Result, name: str, ends: Mapping[int, int], corrected: bool) -> _Column:
+def _of_history(
+    result: Result, name: str, ends: Mapping[int, int], relevant: Sequence[str], corrected: bool
+) -> _Column:
     history = result.history
     column = best_column(name, history) if corrected else name
     pair = [history.get(one) for one in (column, column + ERROR_SUFFIX)]
     values = {stage: _at(pair, step) for stage, step in ends.items() if step < result.increments}
     as_run = name.removesuffix(CORRECTED_SUFFIX)
-    round_off = {one for pair in PAIRS for one in pair}.difference(relevant_columns(result))
+    round_off = {one for pair in PAIRS for one in pair}.difference(relevant)
     if as_run in MOTIONS_OF_ACTUATORS and not is_more_than_round_off(result, as_run):
         round_off.add(as_run)
     peak = 0.0 if as_run in round_off else float(abs(history[as_run]).max(initial=0.0))

@@ -35,6 +35,7 @@ from fretsolve.post.plots.labels import (
     readable,
     symbol,
 )
+from fretsolve.post.plots.many_lines import BAND, END_LINES, drawn_lines
 from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.sweep.quantity import LAST_STAGE
 from fretsolve.sweep.table import Column, Table
@@ -74,7 +75,8 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
         x = replace(x, values=factor * x.values, units=text)
     groups = _groups(table, along)
     with _panel(ax, table, x, _label(quantity, unit.text)) as (sheet, axes):
-        for (name, rows), mark in zip(groups.items(), marks(len(groups)), strict=True):
+        lines, places = list(groups.items()), drawn_lines(len(groups))
+        for (name, rows), mark in zip([lines[place] for place in places], marks(len(lines), places), strict=True):
             order = rows[np.argsort(along.values[rows], kind="stable")] if along.values.dtype != object else rows
             options = mark.options(len(order), MOST_INCREMENTS) | ({"label": name} if name else {})
             bars = None
@@ -84,6 +86,9 @@ def curve(table: Table, quantity: str, over: str, ax: Target = None) -> Figure:
             _draw_endless(axes, x.values[order], y.values[order], mark, len(groups))
         _set_scale(axes, y)
         named = axes.get_legend_handles_labels()[0] if 1 < len(groups) <= MOST_NAMED else []
+        if len(places) < len(lines):
+            some = f"{len(places)} of {len(lines)} lines: the first and the last {END_LINES}, and some between"
+            named = [Line2D([], [], color=BAND["color"], label=some)]
         sheet.legend([*named, *_endless_key(y)], 2)
         if len(groups) > MOST_NAMED:
             _add_scale(sheet, axes, table, along)
@@ -316,5 +321,7 @@ def _groups(table: Table, along: Column) -> dict[str, IndexArray]:
         short = symbol(short) if physical_name(short).endswith("$") else short.replace("_", " ")
         return f"{short} {shown}"
 
-    names = [", ".join(text(column, row) for column in others) for row in range(len(table.states))]
-    return {name: np.flatnonzero(np.array(names) == name) for name in dict.fromkeys(names)}
+    found: dict[str, list[int]] = {}
+    for row in range(len(table.states)):
+        found.setdefault(", ".join(text(column, row) for column in others), []).append(row)
+    return {name: np.array(rows) for name, rows in found.items()}

@@ -176,8 +176,8 @@ class _Process:
         return self.signalled or self.pipe.poll()
 
     def note(self, number: int, frame: FrameType | None) -> None:
-        """Handle a signal. SIGINT of the terminal is meant for the command, which then closes the pipe."""
-        self.signalled = self.signalled or number != signal.SIGINT
+        """Handle a signal. Those of the terminal are meant for the command, which then closes the pipe."""
+        self.signalled = self.signalled or number not in (signal.SIGINT, signal.SIGHUP)
 
 
 _processes: list[_Process] = []

@@ -8,7 +8,6 @@ Every call that changes a file goes through this module's `os`, which the tests 
 from __future__ import annotations
 
 import errno
-import io
 import os
 import re
 import secrets
@@ -23,8 +22,8 @@ from tempfile import TemporaryDirectory
 from types import FrameType
 from typing import Any
 
-from fretsolve.system.files import TakenError
-from fretsolve.system.signals import end_by
+from fretsolve.system.files import FilledFile, TakenError
+from fretsolve.system.signals import ENDING, end_by
 
 _TEMPORARY = re.compile(r"(.+)\.[0-9a-f]{16}\.tmp")
 """Names of files that are being written."""
@@ -40,7 +39,7 @@ STALE = 86400.0
 servers differ, and may be set forward."""
 
 
-class WriteThroughFile(io.FileIO):
+class WriteThroughFile(FilledFile):
     """A new file that remembers its first error instead of raising it.
 
     If a write fails while HDF5 closes a file, the interpreter crashes at exit. So HDF5 writes through this object
@@ -51,12 +50,6 @@ class WriteThroughFile(io.FileIO):
         super().__init__(path, "x+", opener=lambda name, flags: os.open(name, flags, 0o666))
         self.path = path
         self._error: OSError | None = None
-
-    def readinto(self, buffer: Any) -> int:
-        """Fill `buffer`, with zeros past the end of the file, where a dropped write leaves it."""
-        count = super().readinto(buffer)
-        buffer[count:] = bytes(len(buffer) - count)
-        return len(buffer)
 
     def write(self, data: Any) -> int:
         view = memoryview(data).cast("B")
@@ -236,55 +229,72 @@ def _written(path: Path) -> str:
     return match[1] if match and path.is_file() and not path.is_symlink() else ""
 
 
-class _Terminated(BaseException):
-    """SIGTERM came."""
+class _Ended(BaseException):
+    """A signal came that ends the process."""
+
+    def __init__(self, number: int):
+        super().__init__(number)
+        self.number = signal.Signals(number)
 
 
 @contextmanager
-def working_folder(target: Path) -> Iterator[Path]:
-    """Yield a new folder beside `target`, which is removed at the end of the block, also at SIGTERM.
+def working_folder(target: Path, folder: Path | None = None) -> Iterator[Path]:
+    """Yield a new folder, which is removed at the end of the block, also at a signal that ends the process.
 
-    What SIGKILL has left of earlier ones is removed after a day. Raises OSError.
+    folder: where it lies; by default beside `target`, where what kills have left of earlier ones is removed after a
+    day. Raises OSError.
     """
-    _remove_stale(target)
-    # In the folder of the target, since the folder for temporary files may be small.
-    with (
-        _unwound_by_sigterm(),
-        TemporaryDirectory(dir=target.parent, prefix=f"{target.stem}.", suffix=".tmp") as folder,
-    ):
-        yield Path(folder)
+    if folder is None:
+        _remove_stale_folders(target)
+    # Not where temporary files lie by default, which may be a small place.
+    where = folder or target.parent
+    with _unwound(), TemporaryDirectory(dir=where, prefix=f"{target.stem}.", suffix=".tmp") as working:
+        yield Path(working)
 
 
-def _remove_stale(target: Path) -> None:
+def _remove_stale_folders(target: Path) -> None:
     """Remove the folders of `target` that a kill has left: own ones with this name, untouched for a day."""
-    name = re.compile(re.escape(target.stem) + r"\.[a-z0-9_]{8}\.tmp")
     begun = time.time() - STALE
-    for path in target.parent.iterdir():
-        if name.fullmatch(path.name) and path.is_dir() and not path.is_symlink():
-            with suppress(FileNotFoundError):
-                inside = [path, *path.iterdir()]
-                if all(one.lstat().st_mtime < begun and one.lstat().st_uid == os.geteuid() for one in inside):
-                    shutil.rmtree(path)
+    for path in _working_folders(target.parent, re.escape(target.stem)):
+        with suppress(FileNotFoundError):
+            inside = [path, *path.iterdir()]
+            if all(one.lstat().st_mtime < begun and one.lstat().st_uid == os.geteuid() for one in inside):
+                shutil.rmtree(path)
+
+
+def _working_folders(folder: Path, stem: str = ".+") -> list[Path]:
+    """Return the folders in `folder` that `working_folder` has made for targets of a `stem`. Raises OSError."""
+    found = (path for path in folder.iterdir() if re.fullmatch(stem + r"\.[a-z0-9_]{8}\.tmp", path.name))
+    return [path for path in found if path.is_dir() and not path.is_symlink()]
+
+
+def remove_temporaries(folder: Path) -> None:
+    """Remove what kills have left in `folder`, in which nobody else is writing. Raises OSError."""
+    remove(*temporaries(folder))
+    for path in _working_folders(folder):
+        shutil.rmtree(path)
 
 
 @contextmanager
-def _unwound_by_sigterm() -> Iterator[None]:
-    """Leave the block at SIGTERM, so that it removes its files, and end by the signal then.
+def _unwound() -> Iterator[None]:
+    """Leave the block at a signal that ends the process, so that it removes its files, and end by the signal then.
 
-    Where something else handles the signal, as in a run, it stays as it is.
+    A signal that something else handles, as in a run, or that is ignored, as under nohup, is left alone.
     """
     main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
-        yield
-        return
+    ending = [number for number in ENDING if main and signal.getsignal(number) is signal.SIG_DFL]
 
     def unwind(number: int, frame: FrameType | None) -> None:
-        raise _Terminated
+        for one in ending:
+            signal.signal(one, signal.SIG_IGN)  # while the files are removed
+        raise _Ended(number)
 
-    signal.signal(signal.SIGTERM, unwind)
+    for number in ending:
+        signal.signal(number, unwind)
     try:
         yield
-    except _Terminated:
-        end_by(signal.SIGTERM)
+    except _Ended as ended:
+        end_by(ended.number)
     finally:
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        for number in ending:
+            signal.signal(number, signal.SIG_DFL)

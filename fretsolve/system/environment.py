@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import os
+import platform
 import resource
 import sys
 from collections.abc import Iterator
@@ -19,14 +20,16 @@ LEAST_ADDRESS_SPACE = 600 * 2**20
 
 
 def set_up_numerics() -> None:
-    """Keep OpenBLAS, which is not used here, from starting a thread per core, and pydantic from looking for plugins.
+    """Keep libraries from what takes time and is not needed here.
 
-    Must run before NumPy is imported.
+    OpenBLAS would start a thread per core, pydantic look for plugins in every installed package, and h5py start a
+    program that tells the name of the processor. Must run before NumPy is imported.
 
     Raises CaseError if the process may not use the memory that the libraries take.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")  # it would look for some in every installed package
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
+    vars(platform.uname())["processor"] = platform.machine()
     if address_space() < LEAST_ADDRESS_SPACE:
         limit, needed = round(address_space() / 1024), LEAST_ADDRESS_SPACE // 1024
         raise CaseError(f"not enough memory: the limit (ulimit -v or -d) is {limit} kB; {needed} kB are needed")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import errno
+import io
 import os
 import select
 import shlex
@@ -11,17 +11,27 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from fretsolve.errors import CaseError, FileError
 
 PIPE_SECONDS = 15.0
 """Within which a pipe must give its text and be closed."""
 
-NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
-"""Errors of a file system on which nobody can hold a lock. On ENOSYS filelock takes the file itself as lock."""
-
 PICTURE_MARK = "drawn by fretsolve"
 """In the metadata of every picture, by which one is known before it is replaced."""
+
+
+class FilledFile(io.FileIO):
+    """A file that HDF5 reads through h5py's file-like driver, which needs each buffer to be filled."""
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill `buffer`, with zeros past the end of the file. Raises OSError."""
+        view = memoryview(buffer)
+        while view and (count := super().readinto(view)):
+            view = view[count:]
+        view[:] = bytes(len(view))
+        return len(buffer)
 
 
 class TakenError(FileExistsError):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import os
-import subprocess
 import sys
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import h5py
 
 from fretsolve.errors import FileError
-from fretsolve.system.files import NO_LOCKS, reported, require_regular
+from fretsolve.system.files import FilledFile, reported, require_regular
 
 LARGEST_RATIO = 1100
 """Bytes of numbers for a stored byte. zlib reaches 1032; data that take more are not in the file."""
@@ -44,19 +44,45 @@ print("ended")
 """
 
 
-def open_hdf5(path: Path) -> Any:
-    """Open an HDF5 file for reading, without a lock where the file system has none: the file is whole.
+class _OpenedFile(FilledFile):
+    """A file that is only read, so that an error of its closing means nothing: all that was needed has been read."""
 
-    With one elsewhere, since HDF5 opens no file of a process in both ways. Raises FileError if it is not a regular
-    file, OSError.
+    def close(self) -> None:
+        with suppress(OSError):
+            super().close()
+
+    __del__ = close  # without the warning of a file that nobody has closed: h5py closes such files
+
+
+class OpenedHDF5(h5py.File):  # type: ignore[misc]  # h5py has no types
+    """An HDF5 file that is read through Python's files.
+
+    Errors of the disk keep their numbers then. If HDF5 met an error of closing, the file would stay in its tables, and
+    the interpreter might crash at exit.
+    """
+
+    def __init__(self, path: Path):
+        """Open it. Raises OSError."""
+        self._stream = _OpenedFile(path)
+        try:
+            super().__init__(self._stream, "r")
+        except BaseException:
+            self._stream.close()
+            raise
+
+    def close(self) -> None:
+        """Close it."""
+        super().close()
+        self._stream.close()
+
+
+def open_hdf5(path: Path) -> OpenedHDF5:
+    """Open an HDF5 file for reading, without a lock: it is whole.
+
+    Raises FileError if it is not a regular file, OSError.
     """
     require_regular(path)
-    try:
-        return h5py.File(path, "r")
-    except OSError as error:
-        if error.errno not in NO_LOCKS:
-            raise
-        return h5py.File(path, "r", locking=False)
+    return OpenedHDF5(path)
 
 
 def try_attributes(path: Path) -> None:
@@ -71,6 +97,8 @@ def try_attributes(path: Path) -> None:
 
 @cache
 def _try_attributes(path: Path, size: int, changed: int) -> None:
+    import subprocess  # for files that are no results
+
     require_regular(path)
     # Isolated, so that no module of the working folder is run; installed ones are found where this process has them.
     words = os.fspath(path), str(TRIAL_SECONDS), str(MOST_NODES), *filter(None, sys.path)
@@ -107,7 +135,9 @@ def own_node(group: Any, name: str) -> Any:
     for part in name.split("/"):
         if not isinstance(node, h5py.Group):
             raise ValueError(f"{node.name} is not a group")
-        if node.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:  # KeyError if there is none
+        if not node.id.links.exists(part.encode()):
+            raise KeyError(part)
+        if node.id.links.get_info(part.encode()).type != h5py.h5l.TYPE_HARD:
             raise ValueError(f"{name} is a link to another place, which is not followed")
         node = node[part]
     return node

@@ -12,7 +12,11 @@ from contextlib import AbstractContextManager, suppress
 from types import FrameType
 from typing import Any
 
-SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)
+SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP)
+"""SIGHUP comes when a terminal is closed."""
+
+ENDING = (signal.SIGTERM, signal.SIGHUP)
+"""Signals that end a process which does not handle them, without an exception as at Ctrl-C."""
 
 EXIT_STOPPED = 75
 """Exit code (EX_TEMPFAIL of sysexits.h) of a run that was stopped: its completed increments are saved, and `--resume`
@@ -57,9 +61,9 @@ class Interrupts(AbstractContextManager["Interrupts"]):
 
 
 class StopRequest(AbstractContextManager["StopRequest"]):
-    """Catch SIGTERM, SIGINT and SIGUSR1 inside a `with` block, in the main thread.
+    """Catch `SIGNALS` inside a `with` block, in the main thread. SIGHUP stays ignored if it is, as under nohup.
 
-    After a signal all three are ignored from the end of the block on, so that they do not change the exit code of the
+    After a signal all of them are ignored from the end of the block on, so that they do not change the exit code of the
     process, which is about to end.
     requested: whether a signal has come, so that the run is to stop after its increment. notice: the line written to
     standard error at the first signal, empty for none; at_once: at the second. idle: a signal ends the process at once,
@@ -78,7 +82,8 @@ class StopRequest(AbstractContextManager["StopRequest"]):
         return self._first is not None
 
     def __enter__(self) -> StopRequest:
-        self._previous = {number: signal.signal(number, self._handle) for number in SIGNALS}
+        ignored = {signal.SIGHUP} if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN else set()
+        self._previous = {number: signal.signal(number, self._handle) for number in SIGNALS if number not in ignored}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -95,7 +100,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
         if self._first is None:
             self._first = now
             _announce(number, self._notice)
-        elif now - self._first > SAME_SIGNAL:
+        elif now - self._first > SAME_SIGNAL and number != signal.SIGHUP:  # a terminal sends it, and its shell again
             _announce(number, self._notice and self._at_once)
             os._exit(EXIT_STOPPED)  # nothing to save: committed increments stay, and HDF5 has no file open
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import re
 import shutil
 from pathlib import Path
@@ -14,12 +16,14 @@ from small_cases import write_case
 
 from fretsolve import open_result
 from fretsolve.cli.commands import run
+from fretsolve.cli.commands.computed_files import require_no_result
 from fretsolve.errors import FileError
 from fretsolve.post.crack.crack_file import read_crack
 from fretsolve.post.fatigue.fatigue_file import read_worst
 from fretsolve.post.stress.computed_file import is_made_from
 from fretsolve.post.stress.stress_file import read_peaks
 from fretsolve.result.header import HEADER
+from fretsolve.system.files import FilledFile
 
 CASE = """\
 bodies: [{young_modulus: 70 GPa, poisson_ratio: 0.5}, {young_modulus: 70 GPa, poisson_ratio: 0.5}]
@@ -197,3 +201,26 @@ def test_exchanged_files_of_a_sweep_are_refused(folder: Path) -> None:
     (folder / "aside").rename(other)
     assert "2 error" in invoke("sweep", "collect", folder / "s.sweep").output
     assert (folder / "s.sweep" / "table.csv").read_text().count("was not computed from") == 2
+
+
+@pytest.mark.parametrize("kind", ["stress", "fatigue"])
+@pytest.mark.parametrize("missing", ["", "/body_2"])
+def test_a_missing_group_is_damage(folder: Path, kind: str, missing: str) -> None:
+    path = folder / f"c.{kind}.h5"
+    with h5py.File(path, "a") as file:
+        del file[f"{kind}{missing}"]
+    words = {"stress": "the stresses", "fatigue": "the parameters"}[kind]
+    for line in (("export", path, "--to", "vtk"), ("run", folder / "c.yaml", "--resume", "-q")):
+        assert refused(4, *line) == f"{path}: cannot read {words}: {(missing or kind).strip('/')} is missing\n"
+
+
+def test_what_the_disk_does_not_tell_is_not_replaced(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may be a result, which takes long to make again."""
+
+    def fail(*_: object) -> int:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    require_no_result(folder / "c.stress.h5")
+    monkeypatch.setattr(FilledFile, "readinto", fail)
+    with pytest.raises(FileError, match=r"c\.stress\.h5: cannot read header: Input/output error"):
+        require_no_result(folder / "c.stress.h5")

@@ -19,7 +19,6 @@ from command_line import environment, invoke, refused
 from fake_states import fake_header, fake_states, write_fake
 from small_cases import CASE, write_case
 
-from fretsolve.elastic import fftw
 from fretsolve.errors import FileError
 from fretsolve.problem.surface.files import text_map
 from fretsolve.result import HistoryWriter, parts
@@ -180,14 +179,6 @@ def test_a_case_from_a_pipe(tmp_path: Path) -> None:
     line = ["bash", "-c", f"{sys.executable} -m fretsolve validate <(sleep 1; cat {case})"]
     done = subprocess.run(line, env=environment(), capture_output=True, text=True, check=True)
     assert "# load path of 5 increments" in done.stdout
-
-
-def test_wisdom_that_is_a_pipe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("FRETSOLVE_CACHE", str(tmp_path))
-    for make in (os.mkfifo, lambda path: path.symlink_to("/dev/zero"), lambda path: path.write_bytes(b"\0" * 10**6)):
-        make(fftw.wisdom_file())
-        assert not fftw.load_wisdom()
-        fftw.wisdom_file().unlink()
 
 
 def test_maps_of_no_plausible_size(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ def imposed_at_start(rig: RigSpec | None) -> dict[str, float]:
     return {ACTUATORS[name] if name in gives else name: value for name, value in INITIAL.items()}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class CyclePass:
     """One repetition of a cycle that holds no other cycle.
 
@@ -52,7 +52,7 @@ class CyclePass:
     is_last: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Stage:
     """A stage of the unrolled load path, numbered from 1.
 
@@ -120,24 +120,29 @@ def unrolled(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage, ...]:
 
     They are kept, since cycles that stand for others may have many thousands, which are asked for again and again.
     """
-    return tuple(_stage(number, step) for number, step in enumerate(_walk(load_path, ("load_path",)), start=1))
+    known, keys, found = dict[int, tuple[Any, tuple[Any, ...]]](), dict[KeyPath, KeyPath](), list[Stage]()
+    for number, (key, spec, cycle, outer) in enumerate(_walk(load_path, ("load_path",)), start=1):
+        place = keys.setdefault(key, key)  # repetitions share what they have in common
+        if id(spec) not in known:
+            known[id(spec)] = spec, _moved(spec)  # the spec is kept, so that no other one takes its id
+        wears, (targets, increments, spacing, part) = getattr(spec, "of", None), known[id(spec)][1]
+        found.append(Stage(number, place, targets, increments, spacing, part, cycle, outer, wears))
+    return tuple(found)
 
 
-def _stage(number: int, step: _Step) -> Stage:
-    key, spec, cycle, outer = step
+def _moved(spec: Any) -> tuple[Any, ...]:
+    """Return targets, increments, spacing and part of a stage."""
     if isinstance(spec, _Jump):
-        return Stage(number, key, (), 1, "equal", outer=outer, wears=spec.of)
+        return (), 1, "equal", ()
     if isinstance(spec, _Leg):
-        whole, increments = spec.cycle, spec.cycle.count(spec.parts)
-        return Stage(number, key, whole.targets(spec.sign), increments, whole.spacing, ("amplitude",), cycle, outer)
-    return Stage(number, key, spec.targets, spec.increments, spec.spacing, (), cycle, outer)
+        return spec.cycle.targets(spec.sign), spec.cycle.count(spec.parts), spec.cycle.spacing, ("amplitude",)
+    return spec.targets, spec.increments, spec.spacing, ()
 
 
 def last_repetitions(stages: Iterable[Stage]) -> dict[tuple[object, ...], int]:
     """Return the numbers of the stages by their place in the case file; a repeated stage counts by its last repetition.
 
-    Changes of the surfaces by wear are no stages of their own. The ends of a cycle with an amplitude stand at one place
-    and differ by their loads.
+    Changes of the surfaces by wear are no stages. Both ends of a cycle with an amplitude stand at one place.
     """
     found: dict[tuple[object, ...], int] = {}
     for stage in stages:
@@ -333,16 +338,13 @@ def check_load_path(load_path: tuple[StageSpec | CycleSpec, ...]) -> tuple[Stage
     """Refuse a path that is too long to unroll, or whose first stage presses nothing together."""
     if (count := stage_count(load_path)) > LARGEST_STAGE_COUNT:
         jumps = [step.cycle.jumps for step in load_path if isinstance(step, CycleSpec)]
-        given = max(
-            (one.represents / one.jump for one in jumps if one is not None and one.jump is not None), default=0.0
-        )
-        advice = ""
+        given, advice = max((one.represents / one.jump for one in jumps if one and one.jump), default=0.0), ""
         if given >= MOST_SOLVED_CYCLES:
             advice = f"; {given:.3g} jumps are too many, give a larger jump, or jump: auto"
         elif any(isinstance(step, CycleSpec) and (step.cycle.times or 0) > MOST_SOLVED_CYCLES for step in load_path):
             advice = f"; {MANY_CYCLES}"
         raise refused(f"the load path unrolls to {count} stages; at most {LARGEST_STAGE_COUNT} are possible{advice}")
     first = next(_walk(load_path, ()))
-    if not set(COMPONENTS[0]) & dict(_stage(1, first).targets).keys():
+    if not set(COMPONENTS[0]) & dict(_moved(first.stage)[0]).keys():
         refused_at([(first.key, "the first stage presses nothing together; P or delta_z is needed in it")])
     return load_path

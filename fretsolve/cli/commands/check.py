@@ -22,7 +22,7 @@ from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.setup.cost_estimate import require_memory
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.result import HistoryWriter
-from fretsolve.result.state import Summary
+from fretsolve.result.history import History
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import solve_missing
 from fretsolve.simulation.simulation import run
@@ -178,7 +178,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     """Solve a case as far as it has a solution, and compare with the values that it expects."""
     expectations: Sequence[Expectation] = ()
     loads: LoadPath | None = None
-    summaries: list[Summary] = []
+    summaries = History()
     found_beside: dict[int, float] = {}
     failure, warnings = None, tuple[str, ...]()
     try:
@@ -193,8 +193,8 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
         expectations, loads = case.expect, setup.load_path
         warnings = tuple(case_warnings(setup))
         if all(one.quantity in HISTORY_DIMENSIONS for one in expectations):
-            for state in run(setup):
-                summaries.append(state.summary)
+            for _ in run(setup, history=summaries):
+                pass
         else:
             found_beside = _run_to_file(text, overrides, summaries)
         loads = loads.followed(summaries)
@@ -213,7 +213,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     return CheckedCase(path, tuple(comparisons), failure, seconds, warnings)
 
 
-def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: list[Summary]) -> dict[int, float]:
+def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: History) -> dict[int, float]:
     """Run a case into a folder that does not stay, with its side outputs; return what the history does not hold.
 
     summaries: takes up the increments, also those before a failure. The values are by the place in `expect`.
@@ -226,10 +226,10 @@ def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: list[Summa
     with TemporaryDirectory(prefix="fretsolve-") as folder:
         prepared = BaseCase.of(text, overrides).prepare({}, Path(folder))
         case, stages = prepared.setup.case, len(prepared.setup.load_path.last_steps)
-        with HistoryWriter.open(prepared.out, prepared.header, pause=math.inf) as writer:
+        with HistoryWriter.open(prepared.out, prepared.header, pause=2.0) as writer:
             take = lambda summary, errors: summaries.append(summary)  # noqa: E731
             solve_missing(prepared.setup, writer, StopRequest(), show=take)
-        write_side_outputs(prepared)
+            write_side_outputs(prepared, writer)
         wanted = {
             index: quantity_of(one, stages)
             for index, one in enumerate(case.expect)

@@ -6,7 +6,6 @@ Functions here raise CaseError and FileError.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,7 +26,7 @@ class FileOrder:
     """A file to compute from a result.
 
     threads: that compute; quiet: print only warnings; exclusive: replace no file; advice: what would help where memory
-    or disk is too small.
+    or disk is too small; folder: where the file lies until it is whole, by default beside `target`.
     """
 
     target: Path
@@ -35,6 +34,7 @@ class FileOrder:
     quiet: bool
     exclusive: bool
     advice: str = AS_OPTIONS
+    folder: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,18 @@ class FileOptions:
 
 
 def require_no_result(target: Path) -> None:
-    """Raise CaseError if the result of a run, which takes long to make again, stands where a file is to be written."""
-    with suppress(FileError, OSError):
+    """Raise CaseError if the result of a run, which takes long to make again, stands where a file is to be written.
+
+    Raises FileError if the disk does not tell whether it does.
+    """
+    try:
         read_attributes(target)
+    except FileError as error:
+        if getattr(error.__cause__, "errno", None) is not None:
+            raise
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    else:
         raise CaseError("is the result of a run, which is not replaced; give another name with -o", (), target)
 
 

@@ -19,7 +19,7 @@ from fretsolve.case.keys.material_spec import Material
 from fretsolve.case.keys.output_spec import LifeCriterion
 from fretsolve.case.quantities import QuantityError, to_internal
 from fretsolve.case.source import Place
-from fretsolve.cli.commands.computed_files import chosen_cycles, positive_length_of, require_no_result
+from fretsolve.cli.commands.computed_files import FileOrder, chosen_cycles, positive_length_of, require_no_result
 from fretsolve.errors import CaseError
 from fretsolve.post.crack.analysis import LONGEST_USUAL, Crack, crack_of
 from fretsolve.post.crack.crack_file import write_crack
@@ -94,30 +94,28 @@ def crack_of_result(options: CrackOptions) -> int:
         require_free(target, overwrite=options.overwrite)
         make_folder(target.parent)
         tractions = TractionHistory(result)
-        write_crack_with_messages(tractions, request, target, quiet=options.quiet, exclusive=not options.overwrite)
+        write_crack_with_messages(tractions, request, FileOrder(target, 1, options.quiet, not options.overwrite))
     return 0
 
 
-def write_crack_with_messages(
-    tractions: TractionHistory, request: CrackRequest, target: Path, *, quiet: bool, exclusive: bool
-) -> None:
+def write_crack_with_messages(tractions: TractionHistory, request: CrackRequest, order: FileOrder) -> None:
     """Write the crack that a request asks for, and print what is known of it. Raises CaseError, FileError."""
     result = tractions.result
     require_utf8(result.path.name, result.path)
-    shown = not quiet and sys.stdout.isatty()
+    shown = not order.quiet and sys.stdout.isatty()
     crack = crack_of(tractions, request, lambda total: counting_bar("lengths", total, shown=shown))
-    with writing(target):
-        write_crack(crack, result, target, exclusive=exclusive)
+    with writing(order.target):
+        write_crack(crack, result, order.target, folder=order.folder, exclusive=order.exclusive)
     mismatch = request.material.mismatch(result.effective_case["bodies"][crack.body - 1])
     print_warnings(result.path, *warnings_of(crack, request), *filter(None, [mismatch]))
-    if quiet:
+    if order.quiet:
         return
     for line in crack_lines(crack):
         print(line)
     worn = "wear" in result.effective_case
     for note in notes_of(crack, request, line=tractions.plane_strain, worn=worn):
         print(f"  {note}")
-    print(target, flush=True)
+    print(order.target, flush=True)
 
 
 def crack_lines(crack: Crack) -> Iterator[str]:

@@ -82,9 +82,11 @@ def fatigue_of_result(options: FatigueOptions) -> int:
 
 def write_fatigue_with_messages(tractions: TractionHistory, request: FatigueRequest, order: FileOrder) -> None:
     """Compute the stresses of cycles and write the parameters, with bars, warnings and the worst places."""
-    with writing(order.target), stresses_beside(order.target) as stresses:
+    with writing(order.target), stresses_beside(order.target, order.folder) as stresses:
         computed = stresses_of_cycles(tractions, request)
-        compute_with_messages(tractions, computed.stresses, replace(order, target=stresses, exclusive=True))
+        compute_with_messages(
+            tractions, computed.stresses, replace(order, target=stresses, folder=None, exclusive=True)
+        )
         with opened_computed(stresses) as file:
             out = tractions.result.path
             _write(stress_cycles(file, stresses, out, request, computed), out, order)
@@ -95,7 +97,9 @@ def _write(cycles: FatigueCycles, out: Path, order: FileOrder) -> None:
     shown = not order.quiet and sys.stdout.isatty()
     with counting_bar("layers", cycles.layers, shown=shown) as show, writing(order.target):
         shakedown = ShakedownSearch(shakedown_limits(cycles))
-        worst, widest = write_fatigue(cycles, order.target, show, shakedown=shakedown, exclusive=order.exclusive)
+        worst, widest = write_fatigue(
+            cycles, order.target, show, shakedown=shakedown, folder=order.folder, exclusive=order.exclusive
+        )
     average = cycles.request.average
     gaps = (
         [] if average is None else [average.gap_problem(one.body.depths, one.cell) for one in cycles.of_body.values()]

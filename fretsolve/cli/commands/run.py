@@ -60,28 +60,28 @@ def run_case(
         else:
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
-            messages.already_complete(len(writer.summaries))
+            messages.already_complete(writer.increments)
             if side is not None:
-                side.write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=False, missing=True)
+                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=False, missing=True)
             return 0
         messages.start(writer)
         if kernels.why_not:
             messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
         when_compiling(messages.compiling)
         try:
-            with messages.progress(len(writer.summaries)):
+            with messages.progress(writer.increments):
                 complete = solve_missing(
                     setup, writer, stop, threads=threads, show=messages.increment, warn=messages.warn, beside=True
                 )
         except NoSolutionError:
             messages.end()
             raise
-    if complete:
-        messages.end()
-        if side is not None:
-            side.write_side_outputs(loaded, out, threads, quiet=quiet or log_json, overwrite=overwrite)
-        return 0
-    messages.stopped(len(writer.summaries))
+        if complete:
+            messages.end()
+            if side is not None:
+                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=overwrite)
+            return 0
+    messages.stopped(writer.increments)
     return EXIT_STOPPED
 
 

@@ -23,7 +23,7 @@ from fretsolve.post.stress.request import increments_before, request_before, roo
 from fretsolve.post.stress.tractions import TractionHistory
 from fretsolve.problem.setup.cost_estimate import free_bytes
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result import Result, RunHeader, open_result
+from fretsolve.result import HistoryWriter, Result, RunHeader, open_result
 from fretsolve.result.header import is_same_run
 from fretsolve.system import atomic_files
 from fretsolve.system.files import require_free, require_utf8, writing
@@ -77,19 +77,21 @@ def _is_own(path: Path, kind: str, attributes: Mapping[str, Any]) -> bool:
 
 
 def write_side_outputs(
-    case: Case, out: Path, threads: int, *, quiet: bool, overwrite: bool, missing: bool = False
+    case: Case, writer: HistoryWriter, threads: int, *, quiet: bool, overwrite: bool, missing: bool = False
 ) -> None:
     """Write and print the stresses, the fatigue parameters and the crack that the case asks for.
 
-    overwrite: replace any file, otherwise only files of this run; missing: write only absent files.
+    writer: of the result, which is whole; overwrite: replace any file, otherwise only files of this run; missing: write
+    only absent files.
     """
-    stress, fatigue = case.output.stress, case.output.fatigue
+    out, stress, fatigue = writer.out, case.output.stress, case.output.fatigue
 
     def order(kind: str, target: Path, result: Result) -> FileOrder:
+        folder = writer.working_folder()
         if not overwrite and _is_own(target, kind, result.attributes):
             with writing(target):
                 atomic_files.remove(target)  # a file of this run, so that no other file can be replaced
-        return FileOrder(target, threads, quiet, not overwrite, AT_END.format(kind))
+        return FileOrder(target, threads, quiet, not overwrite, AT_END.format(kind), folder)
 
     with open_result(out) as result:
         tractions = TractionHistory(result)
@@ -100,5 +102,4 @@ def write_side_outputs(
             asked = fatigue_request(case)
             write_fatigue_with_messages(tractions, asked, order("fatigue", fatigue_path(out), result))
         if case.output.crack is not None and not (missing and is_made_from(result, crack_path(out))):
-            target = order("crack", crack_path(out), result).target
-            write_crack_with_messages(tractions, crack_request(case), target, quiet=quiet, exclusive=not overwrite)
+            write_crack_with_messages(tractions, crack_request(case), order("crack", crack_path(out), result))

@@ -10,12 +10,14 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fretsolve.case.keys.quantity_names import INVARIANTS
 from fretsolve.cli.commands.computed_files import FileOptions, FileOrder, cycle_choice, length_of
 from fretsolve.cli.commands.shakedown_lines import tell_shakedown_of
 from fretsolve.cli.commands.worst_lines import UNBOUNDED, counted, error_text
 from fretsolve.errors import CaseError, FileError
-from fretsolve.post.export.selection import stored_step
+from fretsolve.post.export.selection import first_and_last, stored_step
 from fretsolve.post.fatigue.material import placed
 from fretsolve.post.names import OUTERMOST, stress_path
 from fretsolve.post.stress.cycles import chosen, cycles_of, states_of, whole_path_note
@@ -36,6 +38,9 @@ from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
 from fretsolve.system.files import require_utf8, writing
 from fretsolve.system.progress import counting_bar, print_warnings
+
+MOST_ENDS, FIRST_ENDS = 1000, 100
+"""Ends of stages whose stresses are computed by default, and how many of the first of more, before the last ones."""
 
 TITLES = {"mises": "largest von Mises stress", "tension": "largest tension", "tresca": "largest shear (Tresca)"}
 
@@ -94,7 +99,9 @@ def compute_with_messages(
         print(f"the file takes up to {rounded_bytes(request.file_bytes)}", flush=True)
     layers = len(request.bodies) * len(request.depths) * len(request.steps)
     with counting_bar("layers", layers, shown=not order.quiet and sys.stdout.isatty()) as show, writing(target):
-        return write_stress(tractions, request, target, order.threads, show, exclusive=order.exclusive)
+        return write_stress(
+            tractions, request, target, order.threads, show, folder=order.folder, exclusive=order.exclusive
+        )
 
 
 def peak_lines(request: StressRequest, peaks: Mapping[Key, Sequence[Peak]]) -> Iterator[str]:
@@ -133,7 +140,12 @@ def _increments(result: Result, options: StressOptions) -> list[int]:
         raise CaseError(result.why_empty, (), result.path)
     ends = stage_ends(result.history["stage"]).tolist()
     if not (options.stages or options.steps or options.cycle):
-        return [step for step in ends if step in result.steps] or list(result.steps[-1:])
+        there = np.array([step for step in ends if step in result.steps] or result.steps[-1:])
+        if len(there) > MOST_ENDS:
+            first, last = FIRST_ENDS, MOST_ENDS - FIRST_ENDS
+            some = f"of {len(there)} ends of stages the first {first} and the last {last} are computed"
+            print_warnings(result.path, f"{some}; --cycle, --stage or --step choose others")
+        return list(map(int, first_and_last(there, MOST_ENDS, FIRST_ENDS)))
     found = set[int]()
     if options.cycle is not None:
         with placed(lambda message: CaseError(f"{message}; --stage or --step chooses increments", (), result.path)):

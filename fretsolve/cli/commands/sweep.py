@@ -244,4 +244,5 @@ def plot_sweep(
     except PictureError as error:
         raise CaseError(f"{kind}: {error}", (), folder) from error
     write_picture(target, rendered(figure, file_format, sheet.dpi))
+    _name_damaged(manifest, table.states)
     return 0

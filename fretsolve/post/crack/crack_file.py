@@ -54,8 +54,14 @@ _OVER_LENGTH = {
 _OVER_CYCLES = "range of K_I over each cycle"
 
 
-def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool = False) -> None:
-    """Write a crack of a result to `target`. exclusive: replace no file. Raises OSError."""
+def write_crack(
+    crack: Crack, result: Result, target: Path, *, folder: Path | None = None, exclusive: bool = False
+) -> None:
+    """Write a crack of a result to `target`.
+
+    folder: where the file lies until it is whole, by default beside `target`; exclusive: replace no file. Raises
+    OSError.
+    """
     attributes = {
         "format": FORMAT,
         "fretsolve_version": __version__,
@@ -66,7 +72,7 @@ def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool =
     }
     names = "title", "case_yaml", "effective_case"
     attributes |= {name: str(result.attributes[name]) for name in names if name in result.attributes}
-    with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
+    with atomic_files.new_hdf5(target, folder, exclusive=exclusive) as file:
         group = file.create_group(f"crack/body_{crack.body}")
         step = create_column(group, STEP, crack.steps)
         length = create_column(group, LENGTH, crack.lengths)
@@ -84,7 +90,7 @@ def write_crack(crack: Crack, result: Result, target: Path, *, exclusive: bool =
         write_sealed(file, attributes, {str(crack.body): {**_digests(group), **known}})
 
 
-def write_case_crack(result: Result, case: Case) -> Path:
+def write_case_crack(result: Result, case: Case, folder: Path | None = None) -> Path:
     """Write the crack of a finished run beside its result, and return the name of the file.
 
     Raises CaseError, FileError.
@@ -92,7 +98,7 @@ def write_case_crack(result: Result, case: Case) -> Path:
     target = crack_path(result.path)
     crack = crack_of(TractionHistory(result), case_request(case))
     with writing(target):
-        write_crack(crack, result, target)
+        write_crack(crack, result, target, folder=folder)
     return target
 
 

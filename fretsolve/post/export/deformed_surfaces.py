@@ -8,7 +8,6 @@ import numpy as np
 
 from fretsolve.case.keys.body_specs import ElasticBody
 from fretsolve.case.models import Case
-from fretsolve.elastic.fftw import load_wisdom
 from fretsolve.elastic.operator import ElasticOperator
 from fretsolve.elastic.thread_team import ThreadTeam
 from fretsolve.errors import FretsolveError
@@ -62,7 +61,6 @@ class DeformedSurfaces:
             self._separation = separation(case.surface, result.x, result.y)
         except FretsolveError as error:
             raise FlatError(str(error)) from error
-        load_wisdom()
         self._operators = _body_operators(case, result)
 
     def at(self, step: int) -> tuple[BodySurface, BodySurface]:

@@ -24,6 +24,9 @@ NOT_ROUND = 0.1
 """Least difference of half-width and radius, or of middle and origin, over the contact radius, that is shown."""
 
 
+ROUND_OFF = 1e-8
+"""Size of a value that counts as 0, over the scale of its column."""
+
 LINE_SLOPE = 1e-3
 """Stands for the approach over the contact radius in a line contact, where it has a free constant."""
 
@@ -95,10 +98,11 @@ def relevant_columns(result: Result) -> list[str]:
         "spots",
         *("cycles", "jump", "wear_volume", "wear_error", "wear_depth_max"),
     )
-    return [name for name in names if name in result.history and _is_relevant(result, name)]
+    scales = _scales(result)
+    return [name for name in names if name in result.history and _is_relevant(result, name, scales)]
 
 
-def _is_relevant(result: Result, name: str) -> bool:
+def _is_relevant(result: Result, name: str, scales: Mapping[str, float]) -> bool:
     if name in EXTENTS:
         return _tells_more(result.history, name)
     if name.startswith("bulk_") and name.endswith("_yy") and result.effective_case.get("plane") == "strain":
@@ -110,12 +114,16 @@ def _is_relevant(result: Result, name: str) -> bool:
         return not np.isnan(column).all()
     if name in MOTIONS_OF_ACTUATORS and np.array_equal(column, result.history[MOTIONS_OF_ACTUATORS[name]]):
         return False
-    return is_more_than_round_off(result, name)
+    return _largest(column) > ROUND_OFF * scales.get(name, 0.0)
 
 
 def is_more_than_round_off(result: Result, name: str) -> bool:
     """Return whether a column of the history is above `round_off` somewhere."""
-    return bool(np.abs(result.history[name]).max(initial=0.0) > round_off(result, name))
+    return _largest(result.history[name]) > round_off(result, name)
+
+
+def _largest(column: DoubleArray) -> float:
+    return float(np.abs(column).max(initial=0.0))
 
 
 def _tells_more(history: Mapping[str, DoubleArray], name: str) -> bool:
@@ -136,8 +144,13 @@ def round_off(result: Result, name: str) -> float:
     A tangential displacement below 1e-5 of the other one is within the usual tolerance, so it counts as 0 as well, and
     so does the middle of a zone within 1e-5 of the contact radius from the origin.
     """
+    return ROUND_OFF * _scales(result).get(name, 0.0)
+
+
+def _scales(result: Result) -> dict[str, float]:
+    """Return the scales of columns whose values may be round-off."""
     if not result.increments:
-        return 0.0
+        return {}
     force, approach, radius, shift_x, shift_y = (
         float(np.nan_to_num(np.abs(result.history[column]).max()))
         for column in ("P", "delta_z", "contact_radius", "delta_x", "delta_y")
@@ -151,7 +164,7 @@ def round_off(result: Result, name: str) -> float:
     turn = LINE_SLOPE * radius if np.isnan(result.history["delta_z"]).all() else approach
     turns = ("phi_x", "phi_y", "phi_z")
     scales |= dict.fromkeys((*turns, *(ACTUATORS[name] for name in turns)), turn / radius if radius else 0.0)
-    return 1e-8 * scales.get(name, 0.0)
+    return scales
 
 
 def unit_for_people(result: Result, name: str) -> tuple[str, float]:

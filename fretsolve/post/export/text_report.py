@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
+import shutil
 from collections.abc import Sequence
-from typing import IO
+from dataclasses import dataclass
+from typing import IO, TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
 from fretsolve.case.dimensions import cell_counts, counted, in_small_unit
 from fretsolve.case.history import moment_sign
@@ -48,6 +47,9 @@ from fretsolve.result.verdict import verdict_of, why_no_bars
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
+if TYPE_CHECKING:  # rich takes 50 ms to load
+    from rich.console import Console
+
 WIDTH = 120
 """Columns of the report where the output is not a terminal, or one that is too narrow."""
 
@@ -55,13 +57,16 @@ MOST_STAGES, FIRST_STAGES = 60, 6
 """Stages up to which a table has all, and how many of the first of more, before the last ones."""
 
 
-def report_console(file: IO[str] | None = None) -> Console:
-    """Return a console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
-    file = file or unescaped_output()
-    console = Console(file=file, highlight=False)
-    if not console.is_terminal or console.width < 60:
-        console = Console(file=file, highlight=False, width=WIDTH)
-    return console
+def report_console() -> Console:
+    """Return rich's console for tables: as wide as the terminal, or `WIDTH` if there is none or it is very narrow."""
+    from rich.console import Console
+
+    return Console(file=unescaped_output(), highlight=False, width=_width_of(unescaped_output()))
+
+
+def _width_of(file: IO[str]) -> int:
+    width = shutil.get_terminal_size().columns if file.isatty() else WIDTH
+    return width if width >= 60 else WIDTH
 
 
 def print_report(
@@ -77,22 +82,21 @@ def print_report(
     columns: of the history, by default the columns above round-off. Without them the last values with their error bars
     have a table, too.
     """
-    console = report_console(file)
-    for line in _summary(result) if heading else []:
-        console.print(escape(line), soft_wrap=True)
-    tables = history_tables(result, every_increment=every_increment, width=console.width, columns=columns)
-    tables += _cycle_tables(result, console.width)
+    file = file or unescaped_output()
+    width = _width_of(file)
+    lines = _summary(result) if heading else []
+    tables = history_tables(result, every_increment=every_increment, width=width, columns=columns)
+    tables += _cycle_tables(result, width)
     spots = spots_of(result) if may_have_spots(result) else []
     if len(spots) > 1:
         tables.append(_table(spot_columns(spots)))
     if columns is None and "P" + ERROR_SUFFIX in result.history and result.increments:
         tables.append(_table(error_columns(result)))
     for table in tables:
-        console.print()
-        console.print(table)
+        lines += ["", *table.lines_for(file)]
     warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
-    for line in (*_totals(result), *about_spots(spots), *warnings):
-        console.print(escape(line), soft_wrap=True)
+    lines += map(printable, (*_totals(result), *about_spots(spots), *warnings))
+    file.write("".join(f"{line}\n" for line in lines))
 
 
 def _summary(result: Result) -> list[str]:
@@ -119,7 +123,7 @@ def _grid_size(result: Result) -> str:
 
 def history_tables(
     result: Result, *, every_increment: bool = False, width: int = WIDTH, columns: Sequence[str] | None = None
-) -> list[Table]:
+) -> list[TextTable]:
     """Return the history as one table, or several of at most `width` characters, each with `step` and `stage`.
 
     One row per end of a stage, of very many the first and the last ones, or per increment; with wear the stages of a
@@ -146,7 +150,7 @@ def history_tables(
     return _tables(fixed, shown, width)
 
 
-def _cycle_tables(result: Result, width: int) -> list[Table]:
+def _cycle_tables(result: Result, width: int) -> list[TextTable]:
     """Return tables of cycles of at most `width` characters, as run and with corrected values, if there are any."""
     if (cycles := result.cycles) is None:
         return []
@@ -219,31 +223,48 @@ def _width(column: TextColumn) -> int:
     return 2 + max(map(len, column))
 
 
-def _tables(fixed: Sequence[TextColumn], columns: Sequence[TextColumn], width: int) -> list[Table]:
+def _tables(fixed: Sequence[TextColumn], columns: Sequence[TextColumn], width: int) -> list[TextTable]:
     """Return `columns` in as few tables as `width` allows, each of which begins with the `fixed` ones.
 
     Of the ways to split them the most even one is chosen.
     """
-    narrowest, most = max(map(_width, columns)), width - sum(map(_width, fixed))
-    parts = min((_filled(columns, less) for less in range(narrowest, max(most, narrowest) + 1)), key=len)
-    return [_table([*fixed, *part]) for part in parts]
+    widths = list(map(_width, columns))
+    narrowest, most = max(widths), width - sum(map(_width, fixed))
+    parts = min((_filled(widths, less) for less in range(narrowest, max(most, narrowest) + 1)), key=len)
+    return [_table([*fixed, *(columns[place] for place in part)]) for part in parts]
 
 
-def _filled(columns: Sequence[TextColumn], width: int) -> list[list[TextColumn]]:
-    """Return the columns in order, each part as wide as `width` allows."""
-    parts: list[list[TextColumn]] = [[]]
-    for column in columns:
-        if parts[-1] and sum(map(_width, [*parts[-1], column])) > width:
+def _filled(widths: Sequence[int], width: int) -> list[list[int]]:
+    """Return the places of columns of some widths in order, each part as wide as `width` allows."""
+    parts: list[list[int]] = [[]]
+    for place, own in enumerate(widths):
+        if parts[-1] and sum(widths[one] for one in parts[-1]) + own > width:
             parts.append([])
-        parts[-1].append(column)
+        parts[-1].append(place)
     return parts
 
 
-def _table(columns: Sequence[TextColumn]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 0, 0, 1), pad_edge=False, show_edge=False)
+@dataclass(frozen=True)
+class TextTable:
+    """A table as lines: those of its heading, which are bold on a terminal, and those below the rule."""
+
+    heading: Sequence[str]
+    rows: Sequence[str]
+
+    def lines_for(self, file: IO[str]) -> list[str]:
+        """Return all lines as `file` can show them."""
+        bold = "\x1b[1m{}\x1b[0m" if file.isatty() and os.environ.get("TERM", "dumb") != "dumb" else "{}"
+        encoding = getattr(file, "encoding", None) or "utf-8"
+        rule = "\N{BOX DRAWINGS LIGHT HORIZONTAL}" if encoding.lower().startswith("utf") else "-"
+        return [*map(bold.format, self.heading), rule * len(self.heading[0]), *self.rows]
+
+
+def _table(columns: Sequence[TextColumn]) -> TextTable:
     heading_lines = 3 if any(units for _, _, units, *_ in columns) else 2
+    cells = []
     for column in columns:
-        table.add_column("\n".join(column[:heading_lines]), justify="right", no_wrap=True)
-    for row in zip(*(cells for _, _, _, *cells in columns), strict=True):
-        table.add_row(*row)
-    return table
+        shown = (*column[:heading_lines], *column[3:])
+        width = max(map(len, shown))
+        cells.append([cell.rjust(width) for cell in shown])
+    lines = list(map("  ".join, zip(*cells, strict=True)))
+    return TextTable(lines[:heading_lines], lines[heading_lines:])

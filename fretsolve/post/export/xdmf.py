@@ -65,12 +65,15 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path, *, exclusive: b
                 dataset[index] = result.field(quantity.name, step)
     stored = result.steps if finished else tuple(steps)
     with atomic_files.new_file(path, durable=False, exclusive=exclusive) as text:
-        text.write("\n".join(_document(result, steps, stored, _source(result, path), beside.name)).encode())
+        lines = _document(result, steps, stored, _source(result, path), beside.name)
+        text.writelines(f"{line}\n".encode() for line in lines)
 
 
 def _document(result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str) -> Iterator[str]:
     """Return the lines of the text. stored: the increments whose fields `source` holds, in its order."""
     shape = f"{len(result.x)} {len(result.y)}"
+    places = {step: place for place, step in enumerate(stored)}
+    types = {name: _type(result.field_type(name)) for name in result.fields}
     yield '<?xml version="1.0"?>\n<Xdmf Version="2.0">\n<Domain>'
     yield '<Grid Name="increments" GridType="Collection" CollectionType="Temporal">'
     for step in steps:
@@ -79,15 +82,15 @@ def _document(result: Result, steps: Sequence[int], stored: Sequence[int], sourc
         yield f'<DataItem Dimensions="1 {shape} 3" {_type(np.float64)} Format="HDF">{escape(points)}:/points</DataItem>'
         yield "</Geometry>"
         # each field is a slab of the dataset, which holds the field of all increments
-        slab = f"{stored.index(step)} 0 0 1 1 1 1 {shape}"
+        slab = f"{places[step]} 0 0 1 1 1 1 {shape}"
         for name in result.fields:
-            whole = f'Dimensions="{len(stored)} {shape}" {_type(result.field_type(name))} Format="HDF"'
+            whole = f'Dimensions="{len(stored)} {shape}" {types[name]} Format="HDF"'
             yield f'<Attribute Name={quoteattr(name)} AttributeType="Scalar" Center="Node">'
             yield f'<DataItem ItemType="HyperSlab" Dimensions="1 {shape}" Type="HyperSlab">'
             yield f'<DataItem Dimensions="3 3" Format="XML">{slab}</DataItem>'
             yield f"<DataItem {whole}>{escape(source)}:/fields/{name}</DataItem>\n</DataItem>\n</Attribute>"
         yield "</Grid>"
-    yield "</Grid>\n</Domain>\n</Xdmf>\n"
+    yield "</Grid>\n</Domain>\n</Xdmf>"
 
 
 def _type(dtype: DTypeLike) -> str:

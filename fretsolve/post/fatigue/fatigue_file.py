@@ -57,16 +57,17 @@ def write_fatigue(
     show: Callable[[], object] = lambda: None,
     *,
     shakedown: ShakedownSearch | None = None,
+    folder: Path | None = None,
     exclusive: bool = False,
 ) -> tuple[dict[int, WorstOfBody], float]:
     """Compute the parameters of each body, write them, and return the worst places and how far a cycle is open.
 
-    show: called after each layer of each cycle; shakedown: gets each of these; exclusive: replace no file. Raises
-    OSError.
+    show: called after each layer of each cycle; shakedown: gets each of these; folder: where the file lies until it is
+    whole, by default beside `target`; exclusive: replace no file. Raises OSError.
     """
     worst: dict[int, WorstOfBody] = {}
     widest = 0.0
-    with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
+    with atomic_files.new_hdf5(target, folder, exclusive=exclusive) as file:
         content: dict[str, Any] = {}
         for number, of_body in cycles.of_body.items():
             group, scales = _create_body(file, number, of_body)
@@ -81,17 +82,17 @@ def write_fatigue(
     return worst, widest
 
 
-def write_case_fatigue(result: Result, case: Case, threads: int = 1) -> Path:
+def write_case_fatigue(result: Result, case: Case, threads: int = 1, folder: Path | None = None) -> Path:
     """Write the fatigue parameters of a finished run beside its result, and return the name of the file.
 
     Raises CaseError, FileError.
     """
     target, request, tractions = fatigue_path(result.path), case_request(case), TractionHistory(result)
-    with writing(target), stresses_beside(target) as stresses:
+    with writing(target), stresses_beside(target, folder) as stresses:
         computed = stresses_of_cycles(tractions, request)
         write_stress(tractions, computed.stresses, stresses, threads)
         with opened_computed(stresses) as file:
-            write_fatigue(stress_cycles(file, stresses, result.path, request, computed), target)
+            write_fatigue(stress_cycles(file, stresses, result.path, request, computed), target, folder=folder)
     return target
 
 

@@ -258,9 +258,9 @@ def states_key(case: Case) -> KeyPath:
     return ("output", "every") if case.output.every > 1 else ("load_path",)
 
 
-def cycles_before(setup: ProblemSetup, choice: CycleChoice) -> tuple[list[int], tuple[LoadCycle, ...]]:
+def cycles_before(setup: ProblemSetup, choice: CycleChoice) -> tuple[frozenset[int], tuple[LoadCycle, ...]]:
     """Return the increments with fields of the load path of a case, and the chosen cycles. Raises CaseError."""
     path, every = setup.load_path, setup.case.output.every
-    stored = [step for step in range(path.increments) if (step + 1) % every == 0 or step == path.increments - 1]
+    stored = frozenset((*range(every - 1, path.increments, every), path.increments - 1))
     counts = np.diff([-1, *path.last_steps])
     return stored, chosen(load_cycles(path.stages, np.repeat(np.arange(1, len(counts) + 1), counts)), choice)

@@ -112,10 +112,10 @@ class FatigueCycles:
 
 
 @contextmanager
-def stresses_beside(target: Path) -> Iterator[Path]:
-    """Yield the name of a file of stresses that is removed at the end of the block. Raises OSError."""
-    with working_folder(target) as folder:
-        yield folder / "stress.h5"
+def stresses_beside(target: Path, folder: Path | None = None) -> Iterator[Path]:
+    """Yield the name of a file of stresses that is removed at the end of the block; see `working_folder`."""
+    with working_folder(target, folder) as working:
+        yield working / "stress.h5"
 
 
 def stress_cycles(

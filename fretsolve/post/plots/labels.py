@@ -107,12 +107,15 @@ def line_colors() -> Colormap:
     return ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0.0, 0.8, 256)), "fretsolve lines")
 
 
-def marks(count: int) -> list[Mark]:
-    """Return the marks of `count` lines in an order; more than `MOST_NAMED` differ in colour alone."""
-    colors = [tuple(color) for color in line_colors()(np.arange(count) / max(count - 1, 1))]
+def marks(count: int, chosen: Sequence[int] | None = None) -> list[Mark]:
+    """Return the marks of `count` lines in an order, or of `chosen` ones; more than `MOST_NAMED` differ
+    in colour alone.
+    """
+    indices = range(count) if chosen is None else chosen
+    colors = [tuple(color) for color in line_colors()(np.array(indices) / max(count - 1, 1))]
     if count > MOST_NAMED:
-        return [Mark(color, "-", "", index) for index, color in enumerate(colors)]
-    return [Mark(color, _DASHES[index], _MARKERS[index], index) for index, color in enumerate(colors)]
+        return [Mark(color, "-", "", index) for index, color in zip(indices, colors, strict=True)]
+    return [Mark(color, _DASHES[index], _MARKERS[index], index) for index, color in zip(indices, colors, strict=True)]
 
 
 def draw_lines(axes: Axes, x: ArrayLike, lines: Sequence[tuple[str, DoubleArray]], **look: Any) -> None:

@@ -29,10 +29,9 @@ class Curve:
     at: Callable[[DoubleArray, DoubleArray], DoubleArray]
 
 
-def hertz_pressure(result: Result, step: int) -> Curve | None:
+def hertz_pressure(result: Result, step: int, forms: ClosedForms | None) -> Curve | None:
     """Return the pressure of a sphere, an ellipsoid, or in a line contact a cylinder or a rounded punch, without
-    friction."""
-    forms = _closed_forms(result)
+    friction; forms: `closed_forms` of the result."""
     if isinstance(forms, LineClosedForms):
         contact, middle = forms.contacts[step], _middle(result, step, forms)
         if contact is None or middle is None:
@@ -46,7 +45,7 @@ def hertz_pressure(result: Result, step: int) -> Curve | None:
 
 def hertz_curve(result: Result) -> tuple[DoubleArray, DoubleArray] | None:
     """Return delta_z (mm) and P (N) of an upright sphere, up to the largest of the history; None for all else."""
-    forms, depth = _closed_forms(result), float(result.history["delta_z"].max())
+    forms, depth = closed_forms(result), float(result.history["delta_z"].max())
     tilted = any(np.any(result.history[name]) for name in ("phi_x", "phi_y"))
     if forms is None or forms.largest is None or not forms.largest.is_circle or depth <= 0.0 or tilted:
         return None
@@ -61,9 +60,8 @@ def worn_limit(result: Result) -> WornLimit | None:
     return None if cycle is None else cycle.limit
 
 
-def shear_form(result: Result, step: int) -> Curve | None:
+def shear_form(result: Result, step: int, forms: ClosedForms | None) -> Curve | None:
     """Return the shear of partial slip under a force in one direction, or of Lubkin under a torque."""
-    forms = _closed_forms(result)
     if isinstance(forms, LineClosedForms):
         found = _partial_slip(result, step, forms)
         if found is None or not found[0].slips_one_way:
@@ -74,9 +72,8 @@ def shear_form(result: Result, step: int) -> Curve | None:
     return None if form is None else Curve(form.source, form.shear)
 
 
-def slip_form(result: Result, step: int) -> Curve | None:
+def slip_form(result: Result, step: int, forms: ClosedForms | None) -> Curve | None:
     """Return the slip of a cylinder of a line contact in partial slip under a force in one direction."""
-    forms = _closed_forms(result)
     found = _partial_slip(result, step, forms) if isinstance(forms, LineClosedForms) else None
     if not isinstance(forms, LineClosedForms) or found is None or found[0].slip(np.zeros(1)) is None:
         return None
@@ -84,13 +81,14 @@ def slip_form(result: Result, step: int) -> Curve | None:
     return _along(forms.shear_source, shear, lambda x: shear.slip(x - middle))
 
 
-def stick_form(result: Result, force: str, parts: int = 1) -> tuple[str, DoubleArray] | None:
+def stick_form(result: Result, force: str, parts: int = 1, count: int | None = None) -> tuple[str, DoubleArray] | None:
     """Return authors and c/a of each increment, NaN where it does not apply; None if no closed form applies.
 
+    count: of the first increments alone.
     By Spence under P alone, else by Cattaneo and Mindlin or by Lubkin, without a layer. parts: see `along_path`, by
     which the forces go from one increment to the next.
     """
-    forms = _closed_forms(result, parts)
+    forms = closed_forms(result, parts, count)
     if forms is None or not forms.model.friction or (force == "P" and forms.case.friction_varies):
         return None
     if forms.model.compliances.layer_shear:
@@ -133,16 +131,19 @@ def along_path(values: DoubleArray, parts: int) -> DoubleArray:
     return np.asarray(np.interp(places, increments, values))
 
 
-def _closed_forms(result: Result, parts: int = 1) -> ClosedForms | None:
+def closed_forms(result: Result, parts: int = 1, count: int | None = None) -> ClosedForms | None:
     """Return the closed forms for the forces of each increment, and between them; a tilt only moves them aside.
 
+    parts, count: see `stick_form`.
     None with wear, which changes the shape of the surfaces.
     """
     case = result.case
     if case is None or case.wear is not None:
         return None
     names = ("P", "Qx", "Qy", "Mz", *BULK[1], *BULK[2])
-    columns = {name: along_path(result.history[name], parts).tolist() for name in names if name in result.history}
+    columns = {
+        name: along_path(result.history[name][:count], parts).tolist() for name in names if name in result.history
+    }
     loads = tuple(dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True))
     return closed_forms_of(case, model_of_forms(case), loads)
 

@@ -12,7 +12,7 @@ from PIL import Image
 from fretsolve.post.export.text_report import print_report
 from fretsolve.post.plots.canvas import TWO_COLUMNS, rendered, title_of
 from fretsolve.post.plots.kinds import KINDS, MOVING, film_dpi
-from fretsolve.post.plots.load_history import step_text
+from fretsolve.post.plots.load_history import step_texts
 from fretsolve.post.plots.pictures.maps import few_steps, film
 from fretsolve.post.plots.pictures.profiles import profiles
 from fretsolve.post.plots.sheet import Sheet
@@ -57,7 +57,7 @@ def html_page(
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{OWN_MARK}\n<title>{title}</title>',
         f"<style>{PAGE_STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>",
         f"<pre>{escape(table.getvalue())}</pre>",
-        *([_increments(frames)] if len(frames) > 1 else []),
+        *([_increments(frames, len(result.steps))] if len(frames) > 1 else []),
         *(_figure(name, content, dpi) for name, content in pictures.items()),
         *(["<h2>Left out</h2>\n<ul>", *reasons, "</ul>"] if reasons else []),
         f"<h2>Case</h2>\n<pre>{escape(result.case_yaml)}</pre>\n</body>\n</html>\n",
@@ -84,9 +84,9 @@ def increment_frames(result: Result) -> dict[str, bytes]:
     if len(result.y) > 1:
         drawn = film(result, most=24)  # some tens of kB each
         found = {}
-        for step in drawn.steps:
+        for step, text in zip(drawn.steps, step_texts(result, drawn.steps, plain=True), strict=True):
             drawn.show(step)
-            found[step_text(result, step, plain=True)] = rendered(drawn.figure, "png", 110)
+            found[text] = rendered(drawn.figure, "png", 110)
         return found
     steps = few_steps(result, 24)
     figures = [profiles(result, steps=[step]) for step in steps]
@@ -97,20 +97,20 @@ def increment_frames(result: Result) -> dict[str, bytes]:
         limits = [axes.get_ylim() for axes in alike]
         for axes in alike:
             axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
-    return {
-        step_text(result, step, plain=True): rendered(figure, "png", 110)
-        for step, figure in zip(steps, figures, strict=True)
-    }
+    texts = step_texts(result, steps, plain=True)
+    return {text: rendered(figure, "png", 110) for text, figure in zip(texts, figures, strict=True)}
 
 
-def _increments(frames: Mapping[str, bytes]) -> str:
+def _increments(frames: Mapping[str, bytes], stored: int) -> str:
+    """Return the slider with its frames; stored: the number of increments with fields."""
     last = len(frames) - 1
     images = [
         f'<img src="{_embedded(content, "png")}" alt="{escape(text)}"{" hidden" * (k < last)}>'
         for k, (text, content) in enumerate(frames.items())
     ]
     slider = f'<input type="range" min="0" max="{last}" value="{last}" aria-label="increment">'
-    caption = "<figcaption>Move the slider to step through the increments, all drawn in one scale.</figcaption>"
+    shown = "the increments" if len(frames) == stored else f"{len(frames)} of the {stored} increments with fields"
+    caption = f"<figcaption>Move the slider to step through {shown}, all drawn in one scale.</figcaption>"
     return "\n".join(['<figure id="increments">', "<h2>increments</h2>", slider, *images, caption, "</figure>", SLIDER])
 
 

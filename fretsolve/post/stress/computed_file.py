@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from fretsolve.errors import FileError
 from fretsolve.result import Result
 from fretsolve.result.header import read_sealed
 from fretsolve.result.layout import FIELD_FILTERS, Quantity
-from fretsolve.result.part_reader import damage_reported
+from fretsolve.result.part_reader import damage_reported, require
 from fretsolve.system.files import reported
 from fretsolve.system.hdf5_files import open_hdf5, own_node
 
@@ -43,11 +44,15 @@ class ComputedFile:
         """
         if self.kind != kind or not self.content:
             raise not_of_kind(kind, self.path)
-        with damage_reported(self.path, f"the {CONTENTS[kind].split()[-1]}"):
+        with damage_reported(self.path, _words(kind)):
             return {
                 int(number): read(self.path, own_node(self.file, f"{kind}/body_{number}"), content)
                 for number, content in self.content.items()
             }
+
+
+def _words(kind: Kind) -> str:
+    return f"the {CONTENTS[kind].split()[-1]}"
 
 
 def not_of_kind(kind: Kind, path: Path) -> FileError:
@@ -59,19 +64,47 @@ def not_of_kind(kind: Kind, path: Path) -> FileError:
 def opened_computed(path: Path) -> Iterator[ComputedFile | None]:
     """Open a file that was computed from a result; None for a result itself, or what is not HDF5 at all.
 
-    Attributes come from the header, which has a checksum. Raises FileError if the header is damaged or missing.
+    Attributes come from the header, which has a checksum. Raises FileError if the header is damaged or missing, or if
+    the disk fails.
     """
     with ExitStack() as opened:
-        found = None
-        with suppress(OSError, KeyError, RuntimeError, FileError):
-            file = opened.enter_context(open_hdf5(path))
-            if "history" not in file:
-                found = next(((kind, file) for kind in CONTENTS if kind in file), None)
+        file = _opened(path)
+        found = None if file is None else _described(path, opened.enter_context(file))
         if found is None:
             opened.close()
-            yield None
-        else:
-            yield ComputedFile(path, *found, *_header_of(path, *found))
+        yield found
+
+
+def _opened(path: Path) -> Any | None:
+    """Return an open HDF5 file, None if there is none at `path`, or none that HDF5 can open. Raises FileError."""
+    try:
+        return open_hdf5(path)
+    except (OSError, RuntimeError, FileError) as error:
+        if getattr(error, "errno", None) in (None, errno.ENOENT, errno.ENOTDIR):
+            return None
+        with damage_reported(path):
+            raise
+
+
+def _described(path: Path, file: Any) -> ComputedFile | None:
+    """Return an open file with what its header says, None if it is not one that was computed. Raises FileError."""
+    with damage_reported(path, "the header"):
+        if "header" in file:
+            attributes, content = read_sealed(file)
+            form = str(attributes.get("format", ""))  # results have none
+            kind = next((one for one in CONTENTS if form.startswith(f"fretsolve {one} ")), None)
+            require(isinstance(content, dict), "the header", "what is in the file")
+            if kind is None:
+                return None
+            with damage_reported(path, _words(kind)):
+                for number in content:
+                    own_node(file, f"{kind}/body_{number}")
+            return ComputedFile(path, kind, file, attributes, content)
+        kind = None if "history" in file else next((one for one in CONTENTS if one in file), None)
+    if kind is not None:
+        message = "has no header with a checksum: it is damaged, or of another program"
+        raise FileError(f"{message}; `fretsolve {kind} RESULT --overwrite` makes it again", path)
+    return None
 
 
 @contextmanager
@@ -119,15 +152,3 @@ def create_values(
     for axis, scale in enumerate(scales):
         dataset.dims[axis].attach_scale(scale)
     return dataset
-
-
-def _header_of(path: Path, kind: str, file: Any) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the attributes and the content in the header of a file. Raises FileError."""
-    with damage_reported(path, "the header"):
-        if "header" not in file:
-            message = "has no header with a checksum: it is damaged, or of another program"
-            raise FileError(f"{message}; `fretsolve {kind} RESULT --overwrite` makes it again", path)
-        attributes, content = read_sealed(file)
-        if not str(attributes["format"]).startswith(f"fretsolve {kind} ") or not isinstance(content, dict):
-            raise ValueError(f"the header is not that of a file that `fretsolve {kind}` writes")
-        return attributes, content

@@ -80,7 +80,7 @@ def load_cycles(stages: Sequence[Stage], column: NDArray[Any], *, ended: bool = 
         inside = range(one.first + 1, one.last + 1)
         before = int(column[inside[0]]) - 2  # the stage before the cycle, in `stages`
         begin = one.last if before >= 0 and stages[before].wears is not None else one.first
-        turns = tuple(int(end) for end in stage_end if end in inside)
+        turns = tuple(stage_end[slice(*np.searchsorted(stage_end, (inside.start, inside.stop)))].tolist())
         states = (*([begin] if begin >= 0 else []), *inside)
         ends = (*([one.first] if 0 <= begin < one.last else []), *turns)
         found.append(LoadCycle(one.number, states, ends, from_rest=begin < 0))
@@ -134,25 +134,24 @@ def whole_path_note(cycles: Sequence[LoadCycle]) -> str | None:
     return "the load path has no `cycle`: the whole path counts as one"
 
 
-def require_states(cycle: LoadCycle, stored: Sequence[int]) -> None:
+def require_states(cycle: LoadCycle, stored: Container[int]) -> None:
     """Raise CaseError if a cycle has too few states with fields, or fields are missing where loads turn.
 
     stored: states of the history that have fields.
     """
-    there = set(stored)
-    count = sum(state in there for state in cycle.states)
+    count = sum(state in stored for state in cycle.states)
     if count < 3:
         which = "the cycle" if cycle.number else cycle.title
         noun = "state" if count == 1 else "states"
         raise CaseError(f"{which} has {count} stored {noun}; 3 or more are needed")
-    missing = [str(state) for state in cycle.ends if state not in there]
+    missing = [str(state) for state in cycle.ends if state not in stored]
     if missing:
         noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"
         where = "a stage of the cycle begins or ends" if cycle.number else "a stage ends"
         raise CaseError(f"output.every leaves out {noun}, where {where}; 1 is needed")
 
 
-def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[int] | None = None) -> list[LoadCycle]:
+def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Container[int] | None = None) -> list[LoadCycle]:
     """Return the cycles that chosen `steps` of a history hold, with their states as places among these.
 
     stored: of which the steps are chosen, by default the steps themselves.
@@ -165,7 +164,7 @@ def within(cycles: Sequence[LoadCycle], steps: Sequence[int], stored: Sequence[i
     for one in cycles:
         if one.number == 0 or all(end in place for end in one.ends):
             states, ends = (tuple(place[state] for state in of if state in place) for of in (one.states, one.ends))
-            first = next((state for state in one.states if state in (steps if stored is None else stored)), None)
+            first = next((state for state in one.states if state in (place if stored is None else stored)), None)
             whole = one.number > 0 or first in place or place.keys() == set(one.ends)
             from_rest = one.from_rest and whole
             ended = one.ended and all(end in place for end in one.ends)

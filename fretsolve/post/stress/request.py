@@ -16,7 +16,6 @@ from typing import Literal
 import numpy as np
 
 from fretsolve.case.keys.output_spec import StressSpec
-from fretsolve.elastic.fftw import load_wisdom, save_wisdom
 from fretsolve.errors import CaseError
 from fretsolve.post.stress.influence import COMPONENTS, TRACTIONS, Body, Component, Traction
 from fretsolve.post.stress.layers import LayerConvolution, Window, padded_shape
@@ -284,13 +283,9 @@ def layers(tractions: TractionHistory, request: StressRequest, threads: int = 1)
     grid = tractions.grid
     # from so many layers of increments on, faster plans are worth the time to measure them
     measured = len(request.depths) * len(request.steps) * len(request.bodies) >= 200
-    if measured:
-        load_wisdom()
     convolution = LayerConvolution(
         (grid.dx, grid.dy), request.source, request.target, request.tractions, threads, measured, tractions.plane_strain
     )
-    if measured:
-        save_wisdom()
     ratios = {body: tractions.poisson_ratios[body] for body in request.bodies}
     for start in range(0, len(request.steps), request.group):
         numbers = range(start, min(start + request.group, len(request.steps)))

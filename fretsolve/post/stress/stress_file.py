@@ -54,14 +54,16 @@ def write_stress(
     threads: int = 1,
     show: Callable[[], object] = lambda: None,
     *,
+    folder: Path | None = None,
     exclusive: bool = False,
 ) -> dict[Key, list[Peak]]:
     """Compute the stresses, write them to `target`, and return the largest ones of each increment.
 
-    show: called after each layer of each increment; exclusive: replace no file. Raises OSError, FileError.
+    show: called after each layer of each increment; folder: where the file lies until it is whole, by default beside
+    `target`; exclusive: replace no file. Raises OSError, FileError.
     """
     search = PeakSearch(tractions, request)
-    with atomic_files.new_hdf5(target, exclusive=exclusive) as file:
+    with atomic_files.new_hdf5(target, folder, exclusive=exclusive) as file:
         result = tractions.result
         names = "title", "case_yaml", "effective_case"
         attributes = {"format": FORMAT, "fretsolve_version": __version__, "result": result.path.name}
@@ -87,7 +89,7 @@ def write_stress(
     return peaks
 
 
-def write_case_stress(result: Result, spec: StressSpec, threads: int) -> Path:
+def write_case_stress(result: Result, spec: StressSpec, threads: int, folder: Path | None = None) -> Path:
     """Write the stresses of a finished run beside its result, and return the name of the file.
 
     Raises CaseError, FileError.
@@ -95,7 +97,7 @@ def write_case_stress(result: Result, spec: StressSpec, threads: int) -> Path:
     target = stress_path(result.path)
     tractions = TractionHistory(result)
     with writing(target):
-        write_stress(tractions, case_request(tractions, spec), target, threads)
+        write_stress(tractions, case_request(tractions, spec), target, threads, folder=folder)
     return target
 
 

@@ -11,6 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fretsolve.case.history import COMPONENTS, PAIRS
+from fretsolve.problem.model.rig import Rig
 from fretsolve.system.arrays import DoubleArray, Products, Vector
 
 
@@ -94,3 +96,26 @@ def _read_only(values: list[float]) -> Vector:
     vector: Vector = np.array(values, np.float64)
     vector.flags.writeable = False
     return vector
+
+
+def load_controls(values: dict[str, float], rig: Rig | None) -> tuple[LoadControl, LoadControl, DoubleArray | None]:
+    """Return what is imposed on the normal and on the tangential problem, and `coupling` as in `Increment`.
+
+    Imposed loads bend the rig by a known part of the actuator's motion. That part is taken off.
+    """
+    forced = tuple(force in values for force, _ in PAIRS)
+    imposed = [next(values[name] for name in names if name in values) for names in COMPONENTS]
+    if rig is None:
+        return LoadControl(forced[:3], (*imposed[:3],)), LoadControl(forced[3:], (*imposed[3:],)), None
+    moved = np.array([actuator in values for *_, actuator in COMPONENTS])
+    compliance = rig.compliance * moved[:, None]
+    known = np.where(forced, imposed, 0.0)
+    imposed = (np.array(imposed) - compliance @ known).tolist()
+    compliance = compliance * moved
+    coupling = compliance[:3, 3:]
+    normal, tangential = (_control(forced, imposed, compliance, family) for family in (slice(0, 3), slice(3, 6)))
+    return normal, tangential, coupling if coupling.any() else None
+
+
+def _control(forced: tuple[bool, ...], imposed: list[float], compliance: DoubleArray, family: slice) -> LoadControl:
+    return LoadControl(forced[family], (*imposed[family],)).with_compliance(compliance[family, family])

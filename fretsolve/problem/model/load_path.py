@@ -8,6 +8,7 @@ value that the contact had at the start of the stage.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Collection, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -16,10 +17,10 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from fretsolve.case.history import COMPONENTS, PAIRS, SHEARING
+from fretsolve.case.history import SHEARING
 from fretsolve.case.keys.unrolled_path import CyclePass, Stage, imposed_after
 from fretsolve.problem.model.increment_grading import LINE, SPHERE, LoadsAtContact, StageGrading, stage_gradings
-from fretsolve.problem.model.load_control import LoadControl
+from fretsolve.problem.model.load_control import LoadControl, load_controls
 from fretsolve.problem.model.required_terms import Model
 from fretsolve.result.state import Summary
 from fretsolve.system.arrays import DoubleArray, Vector
@@ -53,9 +54,9 @@ class Increment:
     actuator: dict[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _PlannedStage:
-    """A stage with its first step, its number of increments, and what is imposed before it and at its end.
+    """A stage with its number of increments, and what is imposed before it and at its end.
 
     index: among all stages, from 0; path_dependent: whether the slip depends on the increments; grading: None for
     equal ones.
@@ -63,16 +64,15 @@ class _PlannedStage:
 
     index: int
     stage: Stage
-    first: int
     increments: int
     path_dependent: bool
     before: dict[str, float]
     after: dict[str, float]
     grading: StageGrading | None
 
-    def share(self, step: int) -> float:
-        """Return the share of the stage that is done after `step`, 1 at its end."""
-        part = (step - self.first + 1) / self.increments
+    def share(self, done: int) -> float:
+        """Return the share of the stage that is done after `done` of its increments, 1 at its end."""
+        part = done / self.increments
         return part if self.grading is None else self.grading.share(part)
 
 
@@ -83,8 +83,8 @@ class LoadPath:
     the contact on a rig, by which increments are graded, None for those imposed.
 
     Attributes, of the whole path: increments: their number; path_dependent: whether the slip of any stage depends on
-    them. Of each stage: counts: number of increments; last_steps: the last increment; graded: whether the increments
-    are; imposed: load components with their totals at the end (N, mm, N mm, rad).
+    them. Of each stage: stages: itself; counts: number of increments; last_steps: the last increment; graded: whether
+    the increments are; imposed: load components with their totals at the end (N, mm, N mm, rad).
     """
 
     def __init__(
@@ -92,9 +92,8 @@ class LoadPath:
     ):
         self._model, self._refinement, self._at_contact = model, refinement, at_contact
         self._planned: list[_PlannedStage] = []
-        self._may_end: dict[int, CyclePass] = {}
-        self._steps_of: dict[tuple[int, int], tuple[int, int]] = {}
         self._left_out: Collection[int] | None = None
+        self._without = 0  # so many of them are left out
         self.path_dependent = False
         self._all_imposed = imposed_along(stages, model)
         moved = set[str]()
@@ -107,7 +106,8 @@ class LoadPath:
             count = stage.increments or max(drawn, self._needed(index, path_dependent))
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             grading = self._gradings[index] if spacing == "graded" else None
-            self._planned.append(_PlannedStage(index, stage, 0, count, path_dependent, before, after, grading))
+            self._planned.append(_PlannedStage(index, stage, count, path_dependent, before, after, grading))
+        self._spans = _spans(stages)
         self._place(self._planned)
 
     @cached_property
@@ -136,33 +136,15 @@ class LoadPath:
         """Largest width of a slip annulus by Cattaneo and Mindlin, over the contact radius, 0 if they do not apply."""
         return max((grading.slip_width for grading in self._gradings), default=0.0) if self._model.has_shear else 0.0
 
-    def _place(self, planned: Sequence[_PlannedStage]) -> None:
+    def _place(self, planned: list[_PlannedStage]) -> None:
         """Let stages follow each other, and set the attributes of each stage."""
-        firsts = accumulate((stage.increments for stage in planned), initial=0)
-        self._planned = [
-            stage if stage.first == first else replace(stage, first=first)
-            for stage, first in zip(planned, firsts, strict=False)
-        ]
-        self.increments = sum(stage.increments for stage in planned)
-        self.last_steps = tuple(stage.first + stage.increments - 1 for stage in self._planned)
-        self.counts = tuple(stage.increments for stage in planned)
-        self.imposed = tuple(stage.after for stage in planned)
-        self.graded = tuple(stage.grading is not None for stage in planned)
-        self._may_end, self._steps_of = {}, {}
-        for stage, following in pairwise([*self._planned, None]):
-            cycle = None if stage is None else stage.stage.cycle
-            if stage is not None and cycle is not None:
-                first, _ = self._steps_of.get((cycle.cycle, cycle.turn), (stage.first, 0))
-                self._steps_of[cycle.cycle, cycle.turn] = first, stage.first + stage.increments - 1
-            if stage is not None and cycle is not None and (cycle.until is not None or cycle.jumps is not None):
-                ends = following is None or following.stage.cycle != cycle
-                if ends and (cycle.turn > 1 or cycle.jumps is not None):
-                    self._may_end[stage.first + stage.increments - 1] = cycle
-
-    @property
-    def stages(self) -> tuple[Stage, ...]:
-        """The stages."""
-        return tuple(planned.stage for planned in self._planned)
+        self._planned = planned
+        self.stages = tuple([stage.stage for stage in planned])
+        self.counts = tuple([stage.increments for stage in planned])
+        *self._firsts, self.increments = accumulate(self.counts, initial=0)
+        self.last_steps = tuple([first - 1 for first in (*self._firsts[1:], self.increments)])
+        self.imposed = tuple([stage.after for stage in planned])
+        self.graded = tuple([stage.grading is not None for stage in planned])
 
     def after(self, history: Sequence[Summary]) -> LoadPath:
         """Return the path without the repetitions that are left of a cycle which has come to its end with the last
@@ -170,35 +152,59 @@ class LoadPath:
 
         history: the summaries of all steps so far. It is this path itself unless such a cycle ends there.
         """
+        return self._after(history, len(history) - 1)
+
+    def _after(self, history: Sequence[Summary], step: int) -> LoadPath:
+        """Return the path as `after` leaves it after `step` of a history."""
         if self._left_out is not None:
-            return self.without(self._left_out) if self._left_out else self
-        cycle = self._may_end.get(len(history) - 1)
+            return self.without(self._left_out) if len(self._left_out) > self._without else self
+        cycle = self._may_end_at(step)
         if cycle is None:
             return self
         if cycle.jumps is not None:
-            if self.cycles_done(history, cycle) < cycle.jumps.represents:
+            if self.cycles_done(history, cycle, step) < cycle.jumps.represents:
                 return self
-        elif not _is_periodic(self.stages, history, cycle):
+        elif not self._is_periodic(history, cycle, step):
             return self
         left = (stage for stage in self.stages if _is_later(stage.cycle, cycle) or _changes(stage.wears, cycle))
         return self.without({stage.number for stage in left})
 
-    def cycles_done(self, history: Sequence[Summary], cycle: CyclePass) -> float:
-        """Return how many cycles the repetitions of a cycle stand for so far, up to the end of the history."""
-        first, _ = self._steps_of[cycle.cycle, 1]
-        return history[-1].cycles - (history[first - 1].cycles if first else 0.0)
+    def _may_end_at(self, step: int) -> CyclePass | None:
+        """Return the repetition that ends with `step` if its cycle may come to its end there, else None."""
+        place = self._place_of(step) if step >= 0 else None
+        cycle = None if place is None else self._planned[place].stage.cycle
+        if place is None or cycle is None or (cycle.until is None and cycle.jumps is None):
+            return None
+        is_end = self.last_steps[place] == step == self.steps_of(cycle.cycle, cycle.turn)[1]
+        return cycle if is_end and (cycle.turn > 1 or cycle.jumps is not None) else None
+
+    def _is_periodic(self, history: Sequence[Summary], cycle: CyclePass, last: int) -> bool:
+        """Return whether `cycle`, which ends with the step `last`, is within its tolerance of the limit of its kind."""
+        from fretsolve.result.cycles.loops import CHANGE_COLUMNS, cycles_in, distance_to_limit  # few paths need them
+
+        first, _ = self.steps_of(cycle.cycle, max(1, cycle.turn - 2))
+        rows = history[max(0, first - 1) : last + 1]  # from where the first of three repetitions begins
+        columns = {name: np.array([getattr(one, name) for one in rows]) for name in CHANGE_COLUMNS}
+        turns = self._planned[bisect_right(self._firsts, first) - 1 : bisect_right(self._firsts, last)]
+        found = cycles_in([planned.stage for planned in turns], columns["stage"])
+        return cycle.until is not None and distance_to_limit(columns, found).largest <= cycle.until
+
+    def cycles_done(self, history: Sequence[Summary], cycle: CyclePass, step: int = -1) -> float:
+        """Return how many cycles the repetitions of a cycle stand for up to a step, by default the last one."""
+        first, _ = self.steps_of(cycle.cycle, 1)
+        return history[step].cycles - (history[first - 1].cycles if first else 0.0)
 
     def followed(self, history: Sequence[Summary]) -> LoadPath:
         """Return the path as `after` leaves it after each step of `history`."""
-        path, step = self, -1
-        while ends := [end for end in path._may_end if step < end < len(history)]:
-            step = min(ends)
-            path = path.after(history[: step + 1])
+        path, place = self, 0
+        while place < len(path.last_steps) and (step := path.last_steps[place]) < len(history):
+            path, place = path._after(history, step), place + 1
         return path
 
     def without(self, numbers: Collection[int]) -> LoadPath:
         """Return the path without the stages of these numbers; the others keep theirs."""
         shorter = copy(self)
+        shorter._without = len(numbers)
         shorter._place([planned for planned in self._planned if planned.stage.number not in numbers])
         return shorter
 
@@ -217,26 +223,32 @@ class LoadPath:
 
     def steps_of(self, cycle: int, turn: int) -> tuple[int, int]:
         """Return the first and the last step of a repetition of a cycle, both counted from 1."""
-        return self._steps_of[cycle, turn]
+        spanned = self._spans[cycle, turn]
+        first, last = (bisect_left(self._planned, number, key=lambda one: one.stage.number) for number in spanned)
+        return self._firsts[first], self.last_steps[last]
 
     def growth(self, step: int) -> float | None:
         """Return the load step at `step` over the load step before it, None where that belongs to another stage."""
-        planned = self._planned_at(step)
-        if planned is None or step == planned.first:
+        place = self._place_of(step)
+        if place is None or step == self._firsts[place]:
             return None
-        before = planned.share(step - 2) if step - 1 > planned.first else 0.0
-        last = planned.share(step - 1) - before
-        return (planned.share(step) - planned.share(step - 1)) / last if last > 0.0 else None
+        planned, done = self._planned[place], step - self._firsts[place]
+        before, last, now = (planned.share(count) if count else 0.0 for count in (done - 1, done, done + 1))
+        return (now - last) / (last - before) if last - before > 0.0 else None
 
-    def _planned_at(self, step: int) -> _PlannedStage | None:
-        """Return the stage of `step`; None after the last one."""
-        within = step < self.increments
-        return next(planned for planned in reversed(self._planned) if planned.first <= step) if within else None
+    def _place_of(self, step: int) -> int | None:
+        """Return the place of the stage of `step` among the stages, from 0; None after the last one."""
+        return bisect_right(self._firsts, step) - 1 if step < self.increments else None
+
+    def ends_stage(self, step: int) -> bool:
+        """Return whether a stage ends with a step."""
+        place = self._place_of(step)
+        return place is not None and self.last_steps[place] == step
 
     def imposed_at(self, step: int) -> frozenset[str]:
         """Return the names of what is imposed at a step of the path."""
-        planned = self._planned_at(step)
-        return frozenset(planned.after if planned is not None else ())
+        place = self._place_of(step)
+        return frozenset(() if place is None else self._planned[place].after)
 
     def imposed_in_stages(self) -> Iterator[tuple[dict[str, float], dict[str, float], list[float]]]:
         """Yield for each stage what is imposed before it and at its end, and the share that each increment ends at.
@@ -244,17 +256,17 @@ class LoadPath:
         With the history before it, that is all that a stage depends on.
         """
         for planned in self._planned:
-            steps = range(planned.first, planned.first + planned.increments)
-            yield planned.before, planned.after, [planned.share(step) for step in steps]
+            done = range(1, planned.increments + 1)
+            yield planned.before, planned.after, [planned.share(count) for count in done]
 
     def normal_loads(self) -> tuple[LoadControl, ...]:
         """Return what is imposed of P|delta_z, Mx|phi_x, My|phi_y at the end of each stage."""
-        return tuple(_load_controls(planned.after, self._model)[0] for planned in self._planned)
+        return tuple(load_controls(planned.after, self._model.rig)[0] for planned in self._planned)
 
     def increment(self, step: int, history: Sequence[Summary]) -> Increment:
         """Return what is imposed at `step`; `history` holds the summaries of all steps before it."""
         planned, values = self._values(step, history)
-        normal, tangential, coupling = _load_controls(values, self._model)
+        normal, tangential, coupling = load_controls(values, self._model.rig)
         response = self._model.bulk
         friction, actuator = values.get("friction"), _named(values, "actuator_")
         found = Increment(
@@ -269,10 +281,11 @@ class LoadPath:
 
     def _values(self, step: int, history: Sequence[Summary]) -> tuple[_PlannedStage, dict[str, float]]:
         """Return the stage of `step`, and what is imposed at its end by name."""
-        planned = self._planned_at(step)
-        assert planned is not None
-        start = history[planned.first - 1] if planned.first else None
-        part = planned.share(step)
+        place = self._place_of(step)
+        assert place is not None
+        planned, first = self._planned[place], self._firsts[place]
+        start = history[first - 1] if first else None
+        part = planned.share(step - first + 1)
         values = {}
         for name, end in planned.after.items():
             if name == "friction":  # at once, since the friction limit is no load
@@ -284,8 +297,15 @@ class LoadPath:
 
 
 def imposed_along(stages: Sequence[Stage], model: Model) -> tuple[dict[str, float], ...]:
-    """Return what is imposed before the first stage and at the end of each stage."""
-    return tuple(accumulate(stages, imposed_after, initial=model.at_start))
+    """Return what is imposed before the first stage and at the end of each stage, which cycles come back to."""
+    found, equal, known = [model.at_start], dict[str, dict[str, float]](), dict[tuple[int, int], dict[str, float]]()
+    for stage in stages:
+        step = id(found[-1]), id(stage.targets)  # of objects that are kept; as numbers 0 and -0 would be equal
+        if step not in known:
+            after = imposed_after(found[-1], stage)
+            known[step] = equal.setdefault(repr(after), after)
+        found.append(known[step])
+    return tuple(found)
 
 
 def _is_later(cycle: CyclePass | None, than: CyclePass) -> bool:
@@ -297,13 +317,14 @@ def _changes(wears: CyclePass | None, after: CyclePass) -> bool:
     return wears is not None and wears.cycle == after.cycle and wears.turn >= after.turn
 
 
-def _is_periodic(stages: Sequence[Stage], history: Sequence[Summary], cycle: CyclePass) -> bool:
-    """Return whether `cycle`, with which the history ends, is within its tolerance of the limit of its repetitions."""
-    from fretsolve.result.cycles.loops import CHANGE_COLUMNS, cycles_in, distance_to_limit  # few paths need them
-
-    columns = {name: np.array([getattr(one, name) for one in history]) for name in CHANGE_COLUMNS}
-    found = [one for one in cycles_in(stages, columns["stage"]) if one.run == cycle.cycle]
-    return cycle.until is not None and distance_to_limit(columns, found[-3:]).largest <= cycle.until
+def _spans(stages: Sequence[Stage]) -> dict[tuple[int, int], tuple[int, int]]:
+    """Return the numbers of the first and the last stage of each repetition, by cycle and repetition."""
+    found: dict[tuple[int, int], tuple[int, int]] = {}
+    for stage in stages:
+        if (one := stage.cycle) is not None:
+            first, _ = found.get((one.cycle, one.turn), (stage.number, 0))
+            found[one.cycle, one.turn] = first, stage.number
+    return found
 
 
 def _depends_on_path(stage: Stage, moved: set[str], model: Model) -> bool:
@@ -327,26 +348,3 @@ def _moves(stage: Stage) -> bool:
 
 def _named(values: dict[str, float], prefix: str) -> dict[str, float]:
     return {name: value for name, value in values.items() if name.startswith(prefix)}
-
-
-def _load_controls(values: dict[str, float], model: Model) -> tuple[LoadControl, LoadControl, DoubleArray | None]:
-    """Return what is imposed on the normal and on the tangential problem, and `coupling` as in `Increment`.
-
-    Imposed loads bend the rig by a known part of the actuator's motion. That part is taken off.
-    """
-    forced = tuple(force in values for force, _ in PAIRS)
-    imposed = [next(values[name] for name in names if name in values) for names in COMPONENTS]
-    if model.rig is None:
-        return LoadControl(forced[:3], (*imposed[:3],)), LoadControl(forced[3:], (*imposed[3:],)), None
-    moved = np.array([actuator in values for *_, actuator in COMPONENTS])
-    compliance = model.rig.compliance * moved[:, None]
-    known = np.where(forced, imposed, 0.0)
-    imposed = (np.array(imposed) - compliance @ known).tolist()
-    compliance = compliance * moved
-    coupling = compliance[:3, 3:]
-    normal, tangential = (_control(forced, imposed, compliance, family) for family in (slice(0, 3), slice(3, 6)))
-    return normal, tangential, coupling if coupling.any() else None
-
-
-def _control(forced: tuple[bool, ...], imposed: list[float], compliance: DoubleArray, family: slice) -> LoadControl:
-    return LoadControl(forced[family], (*imposed[family],)).with_compliance(compliance[family, family])

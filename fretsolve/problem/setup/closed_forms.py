@@ -41,6 +41,7 @@ from fretsolve.reference.tangential import (
     gross_slip_torque,
     spence_stick_ratio,
 )
+from fretsolve.system.arrays import DoubleArray
 
 if TYPE_CHECKING:
     from fretsolve.problem.friction.law import FrictionOnContact
@@ -116,6 +117,11 @@ class ClosedForms:
     case: Case
     model: Model
     loads: tuple[Load, ...]
+
+    @cached_property
+    def friction_varies(self) -> bool:
+        """As of the case, which looks through its load path."""
+        return self.case.friction_varies
 
     # Pressing alone: Hertz, Boussinesq, Love.
 
@@ -227,7 +233,7 @@ class ClosedForms:
         The torque is infinite, and the displacement under the force is None, where no closed form gives them. Where
         friction varies, the force may be infinite too. coefficient: that a stage has set.
         """
-        if self.case.friction_varies:
+        if self.friction_varies:
             return self._varied_gross_slip(hertz, coefficient, P)
         friction = self.model.friction
         if hertz is None or not hertz.is_circle:
@@ -272,22 +278,19 @@ class ClosedForms:
         """
         if self.model.compliances.layer_shear:
             return None
-        loads, circle = self.loads[: stage + 1], self.hertz[stage]
-        if circle is None or not circle.is_circle or any(map(is_tilted, loads)) or self.model.bulk is not None:
+        circle = self.hertz[stage]
+        if circle is None or not circle.is_circle or self.model.bulk is not None:
             return None
         if not self.model.has_shear or self.model.coupled:
             return None
-        # The path begins unloaded.
-        P = np.array([0.0, *(contact.load if contact else 0.0 for contact in self.hertz[: stage + 1])])
-        Qx, Qy, Mz = (np.array([0.0, *_path(loads, force)]) for force in ("Qx", "Qy", "Mz"))
-        if not np.isfinite([Qx, Qy, Mz]).all():
+        P, Qx, Qy, Mz, imposed, tilted = self._shear_path[:, : stage + 2]
+        if tilted.any() or not np.isfinite([Qx, Qy, Mz]).all():
             return None
         # An imposed Mz is about the origin; a rotation that is held takes no torque about the contact's centre.
         x, y = center or self.case.surface[0].center
-        imposed = np.array([False, *("Mz" in load for load in loads)])
-        torque = np.where(imposed, Mz - x * Qy + y * Qx, 0.0)
+        torque = np.where(imposed > 0.0, Mz - x * Qy + y * Qx, 0.0)
         compliances = self.model.compliances.tangential, self.model.compliances.torsional
-        friction, varies = self.model.friction, self.case.friction_varies
+        friction, varies = self.model.friction, self.friction_varies
         if varies:
             # The coefficient that carries as much: under a shear limit the case's own may be a mere large number.
             carried = self._friction_on_contact().gross_slip_force(circle)
@@ -297,6 +300,15 @@ class ClosedForms:
             return found
         limit = None if found.direction is None else self._friction_on_contact().rim_slip(circle, compliances[0])
         return None if limit is None else replace(found, friction_limit=limit)
+
+    @cached_property
+    def _shear_path(self) -> DoubleArray:
+        """P, Qx, Qy, Mz, whether Mz is imposed, and whether the contact is tilted: unloaded, and at the end of each
+        stage, (6, stages + 1)."""
+        pressed = [contact.load if contact else 0.0 for contact in self.hertz]
+        forces = (_path(self.loads, force) for force in ("Qx", "Qy", "Mz"))
+        flags = (["Mz" in load for load in self.loads], list(map(is_tilted, self.loads)))
+        return np.pad(np.array([pressed, *forces, *flags], np.float64), ((0, 0), (1, 0)))
 
     def values(self) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.
@@ -343,7 +355,7 @@ class ClosedForms:
             return "it needs a sphere on a body of its own material"
         if self.model.compliances.layer_shear:
             return "it needs bodies without a layer between them"
-        if self.case.friction_varies:
+        if self.friction_varies:
             return "it needs one coefficient of friction"
         P, force, across = (np.array([load.get(name, np.nan) for load in self.loads]) for name in ("P", "Qx", "Qy"))
         xx, yy, xy = np.array([bulk.mismatch(load) for load in self.loads]).T
@@ -404,7 +416,7 @@ class ClosedForms:
             stage = [abs(load) for load in shear.path].index(shear.largest) - 1  # the path begins unloaded
             return ClosedForm("stick_radius", stage, shear.on_loading(shear.largest).stick_radius, shear.source)
         radii = [(one.contact_radius, stage) for stage, one in enumerate(self.hertz) if one and one.is_circle]
-        if not radii or not self.model.coupled or self.case.friction_varies:
+        if not radii or not self.model.coupled or self.friction_varies:
             return None
         radius, stage = max(radii)
         return ClosedForm("stick_radius", stage, spence_ratio(self.model) * radius, "Spence")
@@ -415,7 +427,7 @@ class ClosedForms:
 
         On the way back, half of the displacement from the turning point counts.
         """
-        if self.model.coupled or self.case.friction_varies or not self.model.friction:
+        if self.model.coupled or self.friction_varies or not self.model.friction:
             return None
         path = np.array([(load.get("delta_x", 0.0), load.get("delta_y", 0.0)) for load in self.loads])
         lengths = np.hypot(*path.T)
@@ -434,8 +446,9 @@ class ClosedForms:
 
 def _path(loads: tuple[Load, ...], force: str) -> list[float]:
     """Return a tangential force at the end of each stage; infinite where its motion is imposed, 0 while it is held."""
-    motion, path = dict(PAIRS)[force], list[float]()
+    motion, path, moved = dict(PAIRS)[force], list[float](), False
     for load in loads:
-        held = load.get(motion) == 0.0 and not any(path)
+        held = load.get(motion) == 0.0 and not moved
         path.append(load.get(force, 0.0 if held else math.inf))
+        moved = moved or path[-1] != 0.0
     return path

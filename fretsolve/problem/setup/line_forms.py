@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from fretsolve.problem.setup.closed_forms import WITH_LAYER, ClosedForm, ClosedF
 from fretsolve.reference.cyclic_loading import SAME
 from fretsolve.reference.hertz import HertzContact, HertzLine, LineContact, RoundedPunch
 from fretsolve.reference.line_slip import LineMotion, LinePartialSlip, LineShear
+from fretsolve.system.arrays import DoubleArray
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,8 @@ class LineClosedForms(ClosedForms):
     @cached_property
     def contacts(self) -> tuple[LineContact | None, ...]:
         """The contact at the end of each stage; None where it is tilted, pressed by delta_z, or of another shape."""
-        return tuple(self._contact(load) for load in self.loads)
+        find = cache(self._contact_under)
+        return tuple(find(load["P"], "My" in load) if self._is_pressed(load) else None for load in self.loads)
 
     @cached_property
     def widest(self) -> LineContact | None:
@@ -51,18 +53,29 @@ class LineClosedForms(ClosedForms):
         """The authors of the contact's solution."""
         return "Hertz" if self.case.surface[0].kind == "cylinder" else "Ciavarella, Hills and Monno"
 
-    def _contact(self, load: Load) -> LineContact | None:
+    def _is_pressed(self, load: Load) -> bool:
+        return bool(load.get("P")) and not is_tilted(load)
+
+    def _contact_under(self, P: float, in_middle: bool) -> LineContact | None:
+        """Return the upright contact under P; in_middle: whether a moment of 0 holds the load in the grid's middle."""
         surface, modulus = self._only_surface, self._modulus
-        if surface is None or is_tilted(load) or not load.get("P"):
-            return None
-        # An imposed moment of 0 holds the load in the grid's middle.
-        if "My" in load and surface.center[0] != 0.0:
+        if surface is None or (in_middle and surface.center[0] != 0.0):
             return None
         if surface.kind == "cylinder" and surface.radius > 0.0:
-            return HertzLine(load["P"], surface.radius, modulus)
+            return HertzLine(P, surface.radius, modulus)
         if surface.kind == "punch" and surface.edge_radius and surface.half_width:
-            return RoundedPunch(load["P"], surface.half_width, surface.edge_radius, modulus)
+            return RoundedPunch(P, surface.half_width, surface.edge_radius, modulus)
         return None
+
+    @cached_property
+    def _load_path(self) -> DoubleArray:
+        """P, Qx, Qy (N/mm) and the mismatch along x before the first stage and at the end of each, (4, stages + 1)."""
+        bulk, nan = self.model.bulk, math.nan
+        ends = [
+            (*(load.get(name, nan) for name in ("P", "Qx", "Qy")), 0.0 if bulk is None else bulk.mismatch(load)[0])
+            for load in self.loads
+        ]
+        return np.array([(0.0,) * 4, *ends]).T.copy()
 
     def _varied_gross_slip(
         self, hertz: HertzContact | None, coefficient: float | None, P: float
@@ -87,15 +100,14 @@ class LineClosedForms(ClosedForms):
         motion is imposed, or where bulk stress is not in proportion to Qx or so large that a slip zone shrinks on the
         way.
         """
-        contact, loads, bulk = self.contacts[stage], self.loads[: stage + 1], self.model.bulk
-        if contact is None or not self.model.has_shear or self.model.coupled or self.case.friction_varies:
+        contact = self.contacts[stage]
+        if contact is None or not self.model.has_shear or self.model.coupled or self.friction_varies:
             return None
         if self.model.compliances.layer_shear:
             return None
-        P, Qx, Qy = (np.array([0.0, *(load.get(name, np.nan) for load in loads)]) for name in ("P", "Qx", "Qy"))
+        P, Qx, Qy, mismatch = self._load_path[:, : stage + 2]
         if np.isnan([Qx, Qy]).any():
             return None
-        mismatch = np.array([0.0, *(bulk.mismatch(load)[0] if bulk is not None else 0.0 for load in loads)])
         limit, material = self.model.friction * contact.load, self.model.compliances
         strain = self.model.friction * contact.max_pressure * material.A
         forces = np.array([Qx, Qy]) / limit
@@ -128,7 +140,7 @@ class LineClosedForms(ClosedForms):
     def motion(self, contact: LineContact) -> LineMotion | None:
         """Return how points at the reference depth move with Qx between like bodies; None without such a depth."""
         depth, model = self.case.reference_depth, self.model
-        if depth is None or not model.friction or model.coupled or model.bulk is not None or self.case.friction_varies:
+        if depth is None or not model.friction or model.coupled or model.bulk is not None or self.friction_varies:
             return None
         if model.compliances.layer_shear or not model.compliances.A:
             return None
@@ -145,7 +157,7 @@ class LineClosedForms(ClosedForms):
         bulk, contact = self.model.bulk, self.contacts[-1]
         if bulk is None or len(self.loads) < 2 or not isinstance(contact, HertzLine) or self.model.coupled:
             return None
-        if self.case.friction_varies or self.model.compliances.layer_shear:
+        if self.friction_varies or self.model.compliances.layer_shear:
             return None
         ends = self.loads[-2:]
         P, Qx, Qy = (np.array([load.get(name, np.nan) for load in ends]) for name in ("P", "Qx", "Qy"))
@@ -197,18 +209,20 @@ class LineClosedForms(ClosedForms):
         if not self.model.has_shear or self.model.compliances.layer_shear:
             return None
         if self.model.moved:
-            shears = [self.partial_slip(stage) for stage in range(len(self.loads))]
-            known = [
-                (abs(one.path[-1]), stage, one) for stage, one in enumerate(shears) if one is not None and one.path[-1]
-            ]
-            if not known or shears[-1] is None:
+            if (whole := self.partial_slip(len(self.loads) - 1)) is None:
                 return None
-            force, stage, shear = max(known, key=lambda item: item[0])
-            largest = shear.on_loading(force)
+            # One partial slip costs as much as the path before it, so the largest loads are tried first.
+            sizes = np.abs(whole.path[1:])
+            stages = [stage for stage in np.argsort(-sizes, kind="stable").tolist() if sizes[stage]]
+            known = ((one, stage) for stage in stages if (one := self.partial_slip(stage)) is not None)
+            shear, stage = next(known, (whole, -1))
+            if stage < 0:
+                return None
+            largest = shear.on_loading(abs(shear.path[-1]))
             if not largest.is_known:
                 return None
             return ClosedForm("stick_radius", stage, largest.stick_half_width, self.shear_source)
-        if not isinstance(self.widest, HertzLine) or not self.model.coupled or self.case.friction_varies:
+        if not isinstance(self.widest, HertzLine) or not self.model.coupled or self.friction_varies:
             return None
         radius = spence_ratio(self.model) * self.widest.half_width
         return ClosedForm("stick_radius", self.contacts.index(self.widest), radius, "Spence, one-way")

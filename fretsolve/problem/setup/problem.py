@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fretsolve.case.history import COMPONENTS
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, FileError, KeyPath, dotted
@@ -94,7 +92,7 @@ class ProblemSetup:
         """
         if not may_be_mirrored(self.case, self.model, self.grid):
             return 0
-        rows = self.grid.x[np.unique(np.linspace(0, self.grid.nx - 1, 5).astype(int))]
+        rows = self.grid.x[sorted({quarter * (self.grid.nx - 1) // 4 for quarter in range(5)})]
         field = None if self.friction is None else self.friction.field
         try:
             sampled = [separation(self.case.surface, rows, self.grid.y)]

@@ -43,33 +43,43 @@ def round_off(history: History) -> float:
     return LEAST_FORCE * float(np.abs(history["P"]).max())
 
 
-def measured_row(
-    history: History, cycle: CycleSteps, slip: Callable[[int], NDArray[Any] | None], pair: tuple[str, str] | None
-) -> dict[str, float]:
-    """Return a row of the table, with a rig also the columns at the actuator.
+def measured_rows(
+    history: History,
+    cycles: Sequence[CycleSteps],
+    slip: Callable[[int], NDArray[Any] | None],
+    pair: tuple[str, str] | None,
+) -> list[dict[str, float]]:
+    """Return the rows of the table, with a rig also the columns at the actuator.
 
-    pair: load and displacement of the loop, None for the direction of shear; slip: returns the slip after an increment.
+    pair: load and displacement of the loops, None for the direction of shear; slip: returns the slip after an
+    increment.
     """
-    row = _measured(history, cycle, slip, pair)
+    least = round_off(history)
+    rows = [_measured(history, cycle, slip, pair, least) for cycle in cycles]
     if not history.keys() >= MOTIONS_OF_ACTUATORS.keys():
-        return row
+        return rows
     columns = [(name, name.removesuffix(ERROR_SUFFIX)) for name in history]
     moved = {
         MOTIONS_OF_ACTUATORS[own] + name.removeprefix(own): history[name]
         for name, own in columns
         if own in MOTIONS_OF_ACTUATORS
     }
-    there = _measured({**history, **moved}, cycle, lambda step: None, pair)
-    return row | {
-        ACTUATOR + name: value for name, value in there.items() if name.removesuffix(ERROR_SUFFIX) in OF_MOTION
-    }
+    at_actuator = {**history, **moved}
+    for row, cycle in zip(rows, cycles, strict=True):
+        there = _measured(at_actuator, cycle, lambda step: None, pair, least)
+        row |= {ACTUATOR + name: value for name, value in there.items() if name.removesuffix(ERROR_SUFFIX) in OF_MOTION}
+    return rows
 
 
 def _measured(
-    history: History, cycle: CycleSteps, slip: Callable[[int], NDArray[Any] | None], pair: tuple[str, str] | None
+    history: History,
+    cycle: CycleSteps,
+    slip: Callable[[int], NDArray[Any] | None],
+    pair: tuple[str, str] | None,
+    least: float,
 ) -> dict[str, float]:
-    """Return what a row of the table holds of the contact."""
-    force, motion = _loop(history, cycle, pair)
+    """Return what a row of the table holds of the contact. least: tangential force up to which it counts as 0."""
+    force, motion = _loop(history, cycle, pair, least)
     begin, end = ends_of_loop(motion if np.isfinite(motion).all() else force)
     force_range, motion_range = float(np.ptp(force)), float(np.ptp(motion))
     energy, box = change_within(history["work_total"], cycle), force_range * motion_range
@@ -155,14 +165,16 @@ def _errors(
     return {name + ERROR_SUFFIX: math.hypot(value, by_increments.get(name, 0.0)) for name, value in found.items()}
 
 
-def _loop(history: History, cycle: CycleSteps, pair: tuple[str, str] | None) -> tuple[DoubleArray, DoubleArray]:
+def _loop(
+    history: History, cycle: CycleSteps, pair: tuple[str, str] | None, least: float
+) -> tuple[DoubleArray, DoubleArray]:
     """Return force and displacement along the direction of the loop, or the columns of a `pair`, from its begin on."""
     if pair is not None:
         return _rows(history, pair[0], cycle), _rows(history, pair[1], cycle)
     forces, motions = (
         np.array([_rows(history, name, cycle) for name in names]) for names in (("Qx", "Qy"), ("delta_x", "delta_y"))
     )
-    forces[np.abs(forces) <= round_off(history)] = 0.0
+    forces[np.abs(forces) <= least] = 0.0
     motions[np.isnan(motions).all(axis=1) & ~forces.any(axis=1)] = (
         0.0  # along y in a line contact, as nothing acts there
     )

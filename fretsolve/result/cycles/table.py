@@ -19,7 +19,7 @@ from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_QUANTITIES, CYCLES_W
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, COMPONENTS, PAIRS
 from fretsolve.result.cycles.loops import CycleSteps, History, cycles_in, distance_to_limit, stages_of
-from fretsolve.result.cycles.rows import FORCES, HIDDEN, measured_row, round_off
+from fretsolve.result.cycles.rows import FORCES, HIDDEN, measured_rows, round_off
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
 
@@ -89,11 +89,10 @@ def cycle_table(
     if not cycles:
         return None
     pair = _pair(history, cycles)
-    rows = [measured_row(history, one, slip, pair) for one in cycles]
+    rows = measured_rows(history, cycles, slip, pair)
     if "work_total" + CORRECTED_SUFFIX in history:
         corrected = _with_corrected_values(history)
-        for row, one in zip(rows, cycles, strict=True):
-            found = measured_row(corrected, one, lambda step: None, pair)
+        for row, found in zip(rows, measured_rows(corrected, cycles, lambda step: None, pair), strict=True):
             for name in CORRECTED_CYCLE_NAMES:
                 as_run = name.removesuffix(CORRECTED_SUFFIX)
                 if as_run not in found:  # there is no actuator
@@ -146,8 +145,11 @@ def _units(one: Quantity, *, moments: bool, line: bool) -> str:
 def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str, bool]]:
     """Return for each cycle that was to run until it is periodic whether it is, in words."""
     found = []
-    for run in dict.fromkeys(one.run for one in cycles if one.until is not None):
-        last = [one for one in cycles if one.run == run][-3:]
+    runs: dict[int, list[CycleSteps]] = {}
+    for one in cycles:
+        if one.until is not None:
+            runs.setdefault(one.run, []).append(one)
+    for last in (run[-3:] for run in runs.values()):
         cycle, ends = last[-1], f"{last[-1].turn} cycles"
         if len(last) < 2 or cycle.until is None:
             continue

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import partial
@@ -114,7 +115,8 @@ class PathPoint(NamedTuple):
 
 def at_point(values: Callable[[int], DoubleArray], path: LoadPath, point: PathPoint) -> DoubleArray:
     """Return `values` at a point of `path`, interpolated between the values of its increments."""
-    step = sum(path.counts[: point.stage]) + point.part * path.counts[point.stage] - 1.0
+    first, count = path.last_steps[point.stage] - path.counts[point.stage] + 1, path.counts[point.stage]
+    step = first + point.part * count - 1.0
     low, high = around(step)
     before = values(low)
     return before + (step - low) * (values(high) - before) if high > low else before
@@ -284,7 +286,7 @@ class CoarseRuns:
 
     def point(self, step: int) -> PathPoint:
         """Return the point of the load path at the end of an increment of the run."""
-        stage = next(number for number, last in enumerate(self._path.last_steps) if step <= last)
+        stage = bisect_left(self._path.last_steps, step)
         count = self._path.counts[stage]
         return PathPoint(stage, (step - self._path.last_steps[stage] + count) / count)
 

@@ -23,6 +23,7 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.model.load_path import LoadPath
 from fretsolve.problem.model.rig import MOTIONS, RESULTANTS, Rig
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.result.history import History
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, State, Summary, SummaryErrors
 from fretsolve.simulation.error_bars.coarse_runs import (
     CORRECTABLE,
@@ -96,6 +97,7 @@ def run_with_error_bars(
     few = too_few_points(setup.grid.shape[: len(setup.grid.axes)])
     if few is not None:
         raise CaseError(few, ("grid", "points"))
+    history = history if isinstance(history, History) else History(history)
     bars = ErrorBars(setup, history, threads)
     for state in run(setup, start, history, threads):
         errors = bars.of(state)
@@ -107,12 +109,15 @@ def run_with_error_bars(
 
 
 class ErrorBars:
-    """The error bars of a problem, summary after summary. history: the summaries so far; runs: the coarse ones."""
+    """The error bars of a problem, summary after summary. runs: the coarse ones.
 
-    def __init__(self, setup: ProblemSetup, history: Sequence[Summary] = (), threads: int = 1):
+    history: the summaries so far, to which the run adds each one before its error bars are asked for.
+    """
+
+    def __init__(self, setup: ProblemSetup, history: History, threads: int = 1):
         self._setup, self.runs, self._cells = setup, CoarseRuns(setup, threads), Cells.of(setup)
         self._finer = tuple(self.runs.refinement(coarse) for coarse in (self.runs.half, self.runs.third))
-        self._summaries: list[Summary] = []
+        self._summaries = history
         self._largest, self._shear_path, self._in_annuli = np.zeros(len(ESTIMATED)), ShearPath(), 0.0
         self._pressed, self._remembered, self._corrected_totals = 0.0, np.zeros(len(ESTIMATED)), [0.0]
         self._frictions, self._path = frictions_of(setup), setup.load_path
@@ -140,7 +145,7 @@ class ErrorBars:
         least = floors(self._cells, state, largest, self._shear_path, self._in_annuli)
         change = self._change_by_increments(summary.step)
         held = np.maximum(np.abs(change), self._remembered if summary.P else 0.0)
-        if summary.step in self._path.last_steps:
+        if self._path.ends_stage(summary.step):
             self._remember(change)
         held *= INCREMENTS * (1.0 + 1.0 / self._fewest[summary.stage - 1])
         parts = np.array([self._by_cells(summary.step), least, self._linked(change), held])
@@ -179,7 +184,6 @@ class ErrorBars:
         return columns
 
     def _add(self, summary: Summary) -> None:
-        self._summaries.append(summary)
         self._largest = np.fmax(self._largest, np.abs(values_of(summary)))  # NaN stands for the middle of no zone
         count = self._setup.load_path.counts[summary.stage - 1]
         self._shear_path = self._shear_path.after(summary, self._carried(summary), count)

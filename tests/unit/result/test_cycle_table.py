@@ -11,6 +11,7 @@ from line_cases import line_case
 
 from fretsolve.case.models import Case
 from fretsolve.post.export.report_tables import cycle_columns
+from fretsolve.result.cycles import rows
 from fretsolve.result.cycles.loops import (
     CHANGE_COLUMNS,
     CycleSteps,
@@ -296,6 +297,15 @@ def test_bars_at_the_actuator_follow_those_of_its_motion() -> None:
     assert row["actuator_displacement_range_error"] == pytest.approx(math.sqrt(2.0) * 1e-5, rel=1e-6)
     relative = math.sqrt(2.0) * 1e-5 / row["actuator_displacement_range"]
     assert row["actuator_energy_ratio_error"] == pytest.approx(relative * row["actuator_energy_ratio"], rel=1e-6)
+
+
+@pytest.mark.parametrize("turns", [2, 20])
+def test_what_is_of_the_whole_history_is_taken_once(monkeypatch: pytest.MonkeyPatch, turns: int) -> None:
+    taken = []
+    monkeypatch.setattr(rows, "round_off", lambda history: taken.append(history) or 1e-6)
+    table = table_of(loop(36.0, 5, turns=turns), {"amplitude": {"Qx": 36.0}, "times": turns})
+    assert (len(table), len(taken)) == (turns, 1)
+    np.testing.assert_allclose(table.columns["force_range"], 72.0)
 
 
 def energies_of(series: list[float]) -> tuple[dict[str, np.ndarray], list[CycleSteps]]:

@@ -14,9 +14,10 @@ from fake_states import fake_header, fake_states, write_fake
 
 from fretsolve import __version__, open_result
 from fretsolve.errors import FileError
-from fretsolve.result import HistoryWriter, reader
+from fretsolve.result import HistoryWriter, part_reader, reader
 from fretsolve.result.header import read_sealed, write_sealed
 from fretsolve.result.layout import FIELDS, FORMAT_VERSION, HISTORY
+from fretsolve.result.part_reader import Steps
 from fretsolve.result.parts import Part, component, parts_folder
 
 COUNT = 4
@@ -44,6 +45,28 @@ def test_all_that_was_written_is_read(tmp_path: Path, end: str, every: int) -> N
             np.testing.assert_array_equal(result.field(quantity.name), component(states[-1], quantity), strict=True)
         assert result.units("Mz") == "N mm"
         assert result.units("shear_x") == "MPa"
+
+
+def test_steps_are_found_as_in_a_tuple() -> None:
+    steps = Steps([3, 5, 9, 5])
+    assert (5 in steps, 4 in steps, "5" in steps) == (True, False, False)
+    assert (steps, steps[1:3], steps.index(5), steps.index(5, 2)) == ((3, 5, 9, 5), (5, 9), 1, 3)
+    with pytest.raises(ValueError, match="not in tuple"):
+        steps.index(4)
+
+
+@pytest.mark.parametrize("count", [4, 12])
+def test_a_field_of_many_increments_is_measured_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
+) -> None:
+    measured = []
+    own_dataset = part_reader.own_dataset
+    with open_result(write_fake(tmp_path / "out.h5", count=count)) as result:
+        monkeypatch.setattr(part_reader, "own_dataset", lambda *key: measured.append(key[1]) or own_dataset(*key))
+        planes = [result.field("pressure", step) for step in result.steps]
+    assert measured == ["fields/pressure"]
+    assert len(planes) == count
+    np.testing.assert_array_equal(planes[-1], list(fake_states(count))[-1].fields.pressure)
 
 
 def test_parts_folder_can_be_named(tmp_path: Path) -> None:

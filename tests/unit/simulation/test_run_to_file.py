@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import platform
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ from fretsolve import open_result, run, run_with_error_bars
 from fretsolve.errors import FileError, SlidingError
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
+from fretsolve.result.history import History
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header, solve_missing
@@ -69,6 +72,21 @@ def test_result_has_each_increment_of_the_run(tmp_path: Path, beside: bool) -> N
         assert [(row.step, row.P, errors) for row, errors in shown] == [
             (step, load, None) for step, load in enumerate(result.history["P"])
         ]
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_the_summaries_of_a_run_are_kept_once(tmp_path: Path, beside: bool) -> None:
+    setup = setup_of()
+    with HistoryWriter.open(tmp_path / "out.h5", run_header(setup, 1, ())) as writer:
+        solve_missing(setup, writer, StopAfter(3), beside=beside)
+        assert (writer.increments, [one.step for one in writer.summaries]) == (3, [0, 1, 2])
+    own, history = [state.summary for state in run(setup)], History()
+    assert [state.summary is history[-1] for state in run(setup, history=history)] == [True] * 5
+    assert [one.P for one in history] == [one.P for one in own]
+    begin = list(run(setup))[2]
+    given = [one.summary for one in run(setup)][:3]
+    assert [state.summary.step for state in run(setup, begin, given)] == [3, 4]
+    assert len(given) == 3  # what is no `History` stays as it is
 
 
 def test_stopped_run_goes_on_to_the_same_result(tmp_path: Path) -> None:
@@ -128,7 +146,10 @@ def test_header_says_what_makes_the_numbers(tmp_path: Path) -> None:
     assert json.loads(header.inputs) == {"height map 1": hashlib.sha256(heights.read_bytes()).hexdigest()}
     provenance = json.loads(header.provenance)
     assert (provenance["threads"], provenance["overrides"]) == (2, ["friction=0.1"])
-    assert {"numpy", "scipy", "pyfftw", "h5py", "python", "platform"} <= provenance.keys()
+    for name in ("numpy", "scipy", "pyfftw", "h5py"):
+        assert provenance[name] == version(name)
+    assert provenance["python"] == platform.python_version()
+    assert provenance["platform"].split("-with-")[0] == f"Linux-{platform.release()}-{platform.machine()}"
     assert json.loads(header.effective_case)["friction"] == {"coefficient": 0.1}
     heights.unlink()
     with pytest.raises(FileError, match=r"heights\.npy: cannot be read: No such file"):

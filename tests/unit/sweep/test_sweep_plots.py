@@ -55,6 +55,15 @@ def test_curve_has_a_line_with_error_bars_for_each_value_of_the_other_key() -> N
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("normal force $P$ (N)", "dissipated energy (µJ)")
 
 
+def test_some_of_many_lines_are_drawn_and_the_legend_says_so() -> None:
+    points = [{LOAD: f"{load} N", SHIFT: f"{shift} um"} for shift in range(1, 101) for load in LOADS]
+    axes = curve(table_of(points, np.arange(300.0)), "work_total", LOAD).axes[0]
+    assert len(axes.containers) == 40
+    first, ninth, last = (axes.containers[place][0].get_ydata().tolist() for place in (0, 8, -1))
+    assert (first, ninth, last) == ([0.0, 1.0, 2.0], [24.0, 25.0, 26.0], [297.0, 298.0, 299.0])
+    assert figure_texts(axes.figure) == ["40 of 100 lines: the first and\nthe last 8, and some between"]
+
+
 def test_map_puts_each_case_at_its_place() -> None:
     axes = surface(table_of(missing=5), "work_total", (SHIFT, LOAD)).axes[0]
     (mesh,) = [artist for artist in axes.collections if isinstance(artist, QuadMesh)]

@@ -42,6 +42,26 @@ def test_without_a_signal_the_handlers_are_restored() -> None:
     assert list(map(signal.getsignal, SIGNALS)) == before
 
 
+def test_a_terminal_and_its_shell_count_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([10.0, 11.0])
+    monkeypatch.setattr(interrupt.time, "monotonic", lambda: next(clock))
+    with StopRequest(notice="") as stop:
+        signal.raise_signal(signal.SIGHUP)
+        signal.raise_signal(signal.SIGHUP)
+        assert stop.requested
+
+
+def test_an_ignored_sighup_stays_ignored(capfd: pytest.CaptureFixture[str]) -> None:
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with StopRequest() as stop:
+        signal.raise_signal(signal.SIGHUP)
+        assert not stop.requested
+        signal.raise_signal(signal.SIGTERM)
+        assert stop.requested
+    assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    assert capfd.readouterr().err == f"fretsolve: SIGTERM: {interrupt.NOTICE}\n"
+
+
 def test_after_a_stop_no_signal_changes_how_the_process_ends() -> None:
     """Signals come after the block, and while the interpreter ends."""
     code = """\

@@ -1,4 +1,4 @@
-"""A folder for what only the making of a file needs: it goes with the block, at SIGTERM, and a day after a kill."""
+"""A folder for what only the making of a file needs: it goes with the block, at signals, and a day after a kill."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ with working_folder(Path(sys.argv[1])) as folder:
 """
 
 
-@pytest.mark.parametrize(("number", "left"), [(signal.SIGTERM, 0), (signal.SIGKILL, 1)])
+@pytest.mark.parametrize(("number", "left"), [(signal.SIGTERM, 0), (signal.SIGHUP, 0), (signal.SIGKILL, 1)])
 def test_folder_at_signals(tmp_path: Path, number: signal.Signals, left: int) -> None:
     process = start_python("-c", CODE, tmp_path / "out.fatigue.h5")
     wait_for(lambda: list(tmp_path.glob("*/stress.h5")), process)

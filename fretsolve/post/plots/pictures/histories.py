@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ from fretsolve.post.plots.labels import (
     unit_of,
 )
 from fretsolve.post.plots.load_history import LoadCycle, MovedLoad, MovedPair, cycles, moved_bulk, moved_pairs
+from fretsolve.post.plots.many_lines import BAND, END_LINES, MOST_POINTS, draw_range, drawn_lines
 from fretsolve.post.plots.reference import along_path, hertz_curve, stick_form
 from fretsolve.post.plots.snapshot import require_increments
 from fretsolve.result import Result
@@ -109,11 +111,12 @@ def convergence(result: Result, ax: Target = None) -> Figure:
     Residuals below 1e-4 of the tolerance are drawn there. Raises PictureError.
     """
     require_increments(result)
+    ends = stage_ends(result.history["stage"])[:-1]
+    few = len(ends) <= 60  # the lines of more would hide the curves
     with canvas(ax, 2, (4.5, 2.1), columns=1, share="x") as drawn:
         for axes, draw in zip(drawn.axes, (_draw_counts, _draw_residuals), strict=False):
             draw(axes, result)
-            ends = stage_ends(result.history["stage"])[:-1]
-            for end in ends if len(ends) <= 60 else ():  # the lines of more would hide the curves
+            for end in ends if few else ():
                 axes.axvline(end + 0.5, color="0.75", linewidth=0.8, zorder=0.6)
             if panel_width(axes) > 4.5:  # inches: a wider panel has its legend beside it
                 axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
@@ -121,7 +124,7 @@ def convergence(result: Result, ax: Target = None) -> Figure:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=2, columnspacing=1.0, frameon=False)
             axes.set_xlim(-0.5, result.increments - 0.5)
             axes.xaxis.set_major_locator(increment_ticks())
-        drawn.axes[-1].set_xlabel("increment (vertical lines: ends of stages)")
+        drawn.axes[-1].set_xlabel("increment" + " (vertical lines: ends of stages)" * few)
         drawn.heading(title_of(result))
     return drawn.figure
 
@@ -131,22 +134,27 @@ def _draw_loop(drawn: Canvas, axes: Axes, result: Result, pair: MovedPair) -> No
     x_unit, y_unit = unit_of(result, farthest), unit_of(result, pair.force)
     x, y = result.history[pair.motion] * x_unit.factor, result.history[pair.force] * y_unit.factor
     found = cycles(result, pair)
+    drawn_cycles = [found[place] for place in drawn_lines(len(found))]
     if pair.actuator:
-        axes.plot(result.history[pair.actuator] * x_unit.factor, y, label="at the actuator", **AT_ACTUATOR)
+        draw = axes.plot if len(found) == len(drawn_cycles) else partial(draw_range, axes)
+        draw(result.history[pair.actuator] * x_unit.factor, y, label="at the actuator", **AT_ACTUATOR)
     _draw_cycles(axes, found, x, y, ", at the contact" if pair.actuator else "")
-    closed = [cycle for cycle in found if cycle.closed and not _bulk_moves(result)]
+    closed = [] if _bulk_moves(result) else [cycle for cycle in found if cycle.closed]
     for cycle in closed if len(closed) <= 2 else closed[-1:]:
-        color = marks(len(found))[cycle.number].color
+        color = marks(len(found), [cycle.number])[0].color
         total = result.history["work_total"]
         label = f"{_energy(result, float(total[cycle.last] - total[cycle.first]))} dissipated in {cycle.name}"
         axes.fill(x[cycle.steps], y[cycle.steps], color=color, alpha=0.15, linewidth=0, zorder=0.5, label=label)
+    rows = np.unique(np.concatenate([np.arange(cycle.first, cycle.last + 1) for cycle in drawn_cycles]))
+    rows = rows[:: marker_spacing(len(rows), MOST_POINTS)]
     errors = [
-        np.abs(result.history[f"{name}_error"]) * unit.factor if f"{name}_error" in result.history else None
+        np.abs(result.history[f"{name}_error"][rows]) * unit.factor if f"{name}_error" in result.history else None
         for name, unit in ((pair.motion, x_unit), (pair.force, y_unit))
     ]
     if any(error is not None for error in errors):
         look: dict[str, Any] = {"fmt": "none", "ecolor": "0.35", "elinewidth": 0.8, "capsize": 1.5, "zorder": 2.5}
-        axes.errorbar(x, y, xerr=errors[0], yerr=errors[1], label="estimated errors", **look)
+        some = "" if len(rows) == result.increments else f", of {len(rows)} of {result.increments} increments"
+        axes.errorbar(x[rows], y[rows], xerr=errors[0], yerr=errors[1], label=f"estimated errors{some}", **look)
     curve = hertz_curve(result) if pair.force == "P" else None
     if curve is not None:
         x, y = curve[0] * x_unit.factor, curve[1] * y_unit.factor
@@ -182,16 +190,21 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
     ratio = ratio[rows_of_stick_zones(result.history)]
     found = cycles(result, moved)
     _draw_cycles(axes, found, load, ratio)
+    # of many cycles the first ones have it, since each of its values follows from all loads before
+    many = len(found) > len(drawn_lines(len(found)))
+    count = min(found[END_LINES - 1].last + 1 if many else result.increments, MOST_POINTS)
+    end = "" if count == result.increments else f", up to increment {count - 1}"
     # a curve of 200 points also between few increments; under displacement control the forces there are not known
     parts = max(2, -(-200 // result.increments)) if name == moved.force else 1
-    form = stick_form(result, moved.force, parts)
+    form = stick_form(result, moved.force, parts, count)
     if form is not None and name == moved.force:
-        axes.plot(along_path(load, parts), form[1], label=f"{form[0]} (closed form)", **CLOSED_FORM)
+        path = along_path(load[:count], parts)
+        axes.plot(path, form[1], label=f"{form[0]} (closed form{end})", **CLOSED_FORM)
     elif form is not None:
         # values at the increments alone; in gross slip the force does not tell them
         look = CLOSED_FORM | {"linestyle": "", "marker": "o", "markersize": 8.0}
-        values = np.where(ratio > 0.0, form[1], np.nan)
-        axes.plot(load, values, label=f"{form[0]} (closed form)", **look)
+        values = np.where(ratio[:count] > 0.0, form[1], np.nan)
+        axes.plot(load[:count], values, label=f"{form[0]} (closed form{end})", **look)
     size = "half-width" if len(result.y) == 1 else "radius"
     axes.set(ylim=(-0.03, 1.05), xlabel=axis_label(name, unit), ylabel=f"stick {size} over contact {size}, c/a")
     _show_origin(axes, result)
@@ -199,7 +212,18 @@ def _draw_stick_ratio(drawn: Canvas, axes: Axes, result: Result, moved: MovedLoa
 
 
 def _draw_cycles(axes: Axes, found: Sequence[LoadCycle], x: DoubleArray, y: DoubleArray, where: str = "") -> None:
-    for cycle, mark in zip(found, marks(len(found)), strict=True):
+    """Draw a line for each of few cycles, of many for the first and last ones and some, and the range of all between.
+
+    where: added to their names.
+    """
+    places = drawn_lines(len(found))
+    if len(places) < len(found):
+        inner = found[END_LINES : len(found) - END_LINES]
+        between = slice(inner[0].first, inner[-1].last + 1)
+        drawn = f"{len(places) - 2 * END_LINES} of them as lines"
+        label = f"range of cycles {inner[0].number} to {inner[-1].number}{where}, {drawn}"
+        draw_range(axes, x[between], y[between], label=label, **BAND)
+    for cycle, mark in zip([found[place] for place in places], marks(len(found), places), strict=True):
         count = len(x[cycle.steps])
         every = marker_spacing(count, MOST_INCREMENTS)
         name = cycle.name + where

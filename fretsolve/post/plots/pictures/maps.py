@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from fretsolve.post.plots.canvas import TWO_COLUMNS, Canvas, Target, canvas, own_style, panel_width, title_of
 from fretsolve.post.plots.labels import FIELD_NAMES, unit_of
-from fretsolve.post.plots.load_history import step_text
+from fretsolve.post.plots.load_history import step_texts
 from fretsolve.post.plots.sheet import Sheet
 from fretsolve.post.plots.snapshot import (
     VECTORS,
@@ -104,6 +104,8 @@ def film(result: Result, ax: Sheet | None = None, fields: Sequence[str] | None =
         contact |= snapshot.contact
         largest = [max(size, snapshot.magnitude(name).max()) for size, name in zip(largest, names, strict=True)]
     scales = [scale_of(result, name, size) for name, size in zip(names, largest, strict=True)]
+    some = "" if len(steps) == len(result.steps) else f"; one of {len(steps)} frames of {len(result.steps)} increments"
+    texts = dict(zip(steps, step_texts(result, steps), strict=True))
     last, box = Snapshot(result, steps[-1]), view_box(result, contact)
     with own_style():
         with map_canvas(ax, last, len(names), box) as drawn:
@@ -120,7 +122,7 @@ def film(result: Result, ax: Sheet | None = None, fields: Sequence[str] | None =
             for artist in (*axes.images, *axes.collections):
                 artist.remove()
             draw_field(axes, snapshot, scale, box)
-        drawn.heading(title_of(result), step_text(result, step))
+        drawn.heading(title_of(result), texts[step] + some)
         return ()
 
     return Film(drawn.figure, steps, show)
@@ -180,7 +182,7 @@ def map_canvas(
         target, count, (larger[0] * width, larger[1] * height), columns, narrowest=0.72 if aspect > 2.0 else 0.83
     ) as drawn:
         yield drawn
-        drawn.heading(title_of(snapshot.result), step_text(snapshot.result, snapshot.step))
+        drawn.heading(title_of(snapshot.result), *step_texts(snapshot.result, [snapshot.step]))
         drawn.legend(outline_key(snapshot), columns=2)
         for axes in drawn.axes if drawn.own else ():
             place = axes.get_subplotspec()

@@ -23,9 +23,9 @@ from fretsolve.post.plots.labels import (
     short_number,
     unit_of,
 )
-from fretsolve.post.plots.load_history import chosen_stage_ends, load_text
+from fretsolve.post.plots.load_history import chosen_stage_ends, load_texts
 from fretsolve.post.plots.pictures.maps import draw_panel, outline_key, scale_of
-from fretsolve.post.plots.reference import hertz_pressure, shear_form, slip_form, worn_limit
+from fretsolve.post.plots.reference import closed_forms, hertz_pressure, shear_form, slip_form, worn_limit
 from fretsolve.post.plots.snapshot import (
     VECTORS,
     Snapshot,
@@ -36,6 +36,7 @@ from fretsolve.post.plots.snapshot import (
     shown_place,
     view_box,
 )
+from fretsolve.problem.setup.closed_forms import ClosedForms
 from fretsolve.result import Result
 from fretsolve.system.arrays import BoolArray, DoubleArray, IndexArray
 
@@ -95,9 +96,10 @@ def profiles(
     snapshots = [Snapshot(result, step) for step in chosen]
     names = chosen_fields(snapshots, PROFILE_FIELDS)
     lines = _lines(result, at or shown_place(snapshots[-1]))
+    loads, forms = load_texts(result, chosen), closed_forms(result)
     with canvas(ax, len(lines) * len(names), (PANEL_WIDTH, 2.1), columns=len(lines), share="row") as drawn:
         panels = list(zip(drawn.axes, itertools.product(names, lines), strict=False))
-        components = [_draw_panel(axes, line, name, snapshots) for axes, (name, line) in panels]
+        components = [_draw_panel(axes, line, name, snapshots, loads, forms) for axes, (name, line) in panels]
         for axes, (name, _) in panels:
             if name == "pressure":
                 axes.set_ylim(bottom=0.0)  # once both panels of the row have their curves
@@ -123,24 +125,34 @@ def _lines(result: Result, at: tuple[float, float]) -> tuple[ProfileLine, ...]:
     return lines[:1] if len(result.y) == 1 else lines  # a line contact has a row of cells alone
 
 
-def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Snapshot]) -> int:
-    """Draw one field along one line at several increments; return the number of its components."""
+def _draw_panel(
+    axes: Axes,
+    line: ProfileLine,
+    name: str,
+    snapshots: Sequence[Snapshot],
+    loads: Sequence[str],
+    forms: ClosedForms | None,
+) -> int:
+    """Draw one field along one line at several increments; return the number of its components.
+
+    loads: of the increments, in words; forms: `closed_forms` of the result.
+    """
     result = snapshots[0].result
     box = view_box(result, np.logical_or.reduce([snapshot.contact for snapshot in snapshots]))
     low, high = box.intervalx if line.axis == 0 else box.intervaly
     inside = (line.along >= low) & (line.along <= high)
     largest = max(float(snapshot.magnitude(name).max()) for snapshot in snapshots)
     unit = unit_of(result, name, largest)
-    forms: list[Line2D] = []
+    curves: list[Line2D] = []
     components: set[int] = set()
     points, across = np.linspace(low, high, 400), np.full(400, line.at)
-    for snapshot, mark in zip(snapshots, marks(len(snapshots)), strict=True):
+    for snapshot, load, mark in zip(snapshots, loads, marks(len(snapshots)), strict=True):
         # values, the components of a vector one by one
         rows = np.atleast_2d(line.cut(snapshot.field(name)))
         outside = line.cut(snapshot.contact.astype(float)) == 0.0  # nothing touches there, which is not a value of 0
         shown = [k for k, row in enumerate(rows) if row.any() and np.abs(row).max() >= 0.02 * largest]
         components |= set(shown)
-        label = f"increment {snapshot.step}: {load_text(result, snapshot.step)}"
+        label = f"increment {snapshot.step}: {load}"
         for k in shown:
             options = mark.options(int(inside.sum())) | list(COMPONENTS.values())[k]
             if k:
@@ -148,13 +160,13 @@ def _draw_panel(axes: Axes, line: ProfileLine, name: str, snapshots: Sequence[Sn
             values = np.where(outside, np.nan, rows[k])
             axes.plot(line.along[inside], values[inside] * unit.factor, label=label, **options)
         # a closed form that several increments share is drawn once
-        curve = CLOSED_FORMS[name](result, snapshot.step) if name in CLOSED_FORMS and shown else None
+        curve = CLOSED_FORMS[name](result, snapshot.step, forms) if name in CLOSED_FORMS and shown else None
         if curve is not None:
             exact = np.atleast_2d(curve.at(*((points, across) if line.axis == 0 else (across, points)))) * unit.factor
             exact[:, (exact == 0.0).all(axis=0)] = np.nan  # beyond its edge
             for k in shown:
-                if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4, equal_nan=True) for form in forms):
-                    forms += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
+                if not any(np.allclose(exact[k], form.get_ydata(), rtol=1e-4, equal_nan=True) for form in curves):
+                    curves += axes.plot(points, exact[k], label=f"{curve.name} (closed form)", **CLOSED_FORM)
     of_vector = [" and ".join("xy"[k] for k in sorted(components))] if name in VECTORS and components else []
     ylabel = " ".join([FIELD_NAMES[name], *of_vector, f"({unit.text})"])
     axes.set(xlim=(low, high), xlabel=f"{'xy'[line.axis]} (mm)", ylabel=ylabel, title=line.text)

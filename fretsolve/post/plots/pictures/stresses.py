@@ -18,7 +18,7 @@ from fretsolve.case.keys.quantity_names import Invariant
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.post.plots.canvas import BELOW_LABEL, PANEL_WIDTH, Target, canvas, scaled_height, title_of
 from fretsolve.post.plots.labels import draw_lines, increment_ticks, label_depth
-from fretsolve.post.plots.load_history import step_text
+from fretsolve.post.plots.load_history import step_texts
 from fretsolve.post.plots.pictures.maps import set_x_ticks
 from fretsolve.post.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
 from fretsolve.post.stress.cycles import chosen, cycles_of, states_of
@@ -72,7 +72,7 @@ def stress_map(result: Result, ax: Target = None, *, step: int | None = None, bo
                 image = draw_layer(axes, x, y, values, **_colors(values, name))
             drawn.colorbar(axes, image, "MPa")
             axes.set_title(SHOWN[name] + ("" if tractions.plane_strain else where))
-        drawn.heading(title_of(result), f"body {request.bodies[0]}, {step_text(result, chosen)}")
+        drawn.heading(title_of(result), f"body {request.bodies[0]}, {step_texts(result, [chosen])[0]}")
     return drawn.figure
 
 

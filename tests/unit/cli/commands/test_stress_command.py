@@ -12,6 +12,7 @@ from command_line import invoke, refused, result_of
 from small_cases import CYCLES_UNDER_BULK, write_case
 
 from fretsolve import open_result
+from fretsolve.cli.commands import stress
 from fretsolve.post.plots import stress_cycle, stress_map
 from fretsolve.post.plots.pictures.stresses import SIDE_MARGIN
 from fretsolve.post.stress.cycles import cycles_of
@@ -19,6 +20,21 @@ from fretsolve.post.stress.influence import COMPONENTS, point_influence
 from fretsolve.post.stress.invariants import invariant
 from fretsolve.post.stress.stress_file import read_peaks
 from fretsolve.post.stress.tractions import TractionHistory
+from fretsolve.result.state import stage_ends
+
+
+def test_of_very_many_stages_the_first_and_the_last_ones_count(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stress, "MOST_ENDS", 3)
+    monkeypatch.setattr(stress, "FIRST_ENDS", 1)
+    with open_result(folder / "case.h5") as result:
+        ends = stage_ends(result.history["stage"]).tolist()
+    done = invoke("stress", folder / "case.h5", "--depth", "30 um", "-o", tmp_path / "s.h5")
+    told = f"of {len(ends)} ends of stages the first 1 and the last 2 are computed; --cycle, --stage or --step choose"
+    assert told in done.stderr
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert file["stress/body_2/step"][:].tolist() == [ends[0], *ends[-2:]]
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from small_cases import write_case
 
 from fretsolve.errors import PictureError
 from fretsolve.post import plots
-from fretsolve.post.plots.load_history import load_text
+from fretsolve.post.plots.load_history import load_texts
 from fretsolve.result import Result, open_result
 
 SPHERE = """\
@@ -119,7 +119,7 @@ def test_a_rig_has_the_loop_at_the_actuator_beside_the_loop_at_the_contact(tmp_p
         at_contact = lines["cycle 1, at the contact"].get_xdata()
         np.testing.assert_allclose(at_contact, 1e3 * result.history["delta_x"][3:])
         assert tangential.get_xlabel() == r"rigid displacement along x $\delta_x$, $D_x$ (µm)"
-        assert load_text(result, 6) == "$P$ = 400 N, $D_x$ = \N{MINUS SIGN}1 µm"
+        assert load_texts(result, [6]) == ["$P$ = 400 N, $D_x$ = \N{MINUS SIGN}1 µm"]
         (axes,) = panels(plots.stick_history(result))
         assert axes.get_xlabel() == "displacement of the actuator along x $D_x$ (µm)"
 
@@ -143,7 +143,7 @@ def test_bulk_stress_alone_is_what_its_case_is_drawn_over(tmp_path: Path) -> Non
             for step, stress in ((10, "300"), (20, "−300"))
         ]
         assert result.history["bulk_2_yy"][[10, 20]] == pytest.approx([90.0, -90.0])  # plane strain
-        assert load_text(result, 20, plain=True) == "P = 100 N/mm, bulk_2_xx = -300 MPa"
+        assert load_texts(result, [20], plain=True) == ["P = 100 N/mm, bulk_2_xx = -300 MPa"]
 
 
 def test_bulk_stress_has_no_loop_of_its_own(tmp_path: Path) -> None:

@@ -10,14 +10,14 @@ import pytest
 from line_cases import CATTANEO, DISSIMILAR, FRICTION, LOAD, SHEAR_FORCE, A, line_case
 from line_cases import HERTZ as LINE_HERTZ
 
-from fretsolve.post.plots.reference import hertz_pressure, shear_form, slip_form, stick_form
+from fretsolve.post.plots.reference import closed_forms, hertz_pressure, shear_form, slip_form, stick_form
 from fretsolve.result import Result
 
 
 @pytest.mark.parametrize("step", [5, 17, 32])
 def test_closed_form_of_the_shear_remembers_the_turning_points(results: dict[str, Result], step: int) -> None:
     result = results["mindlin"]
-    form = shear_form(result, step)
+    form = shear_form(result, step, closed_forms(result))
     assert form is not None
     x, y = np.meshgrid(result.x, result.y, indexing="ij")
     exact = form.at(x.ravel(), y.ravel()).reshape(2, *x.shape)
@@ -29,19 +29,21 @@ def test_closed_form_of_the_shear_remembers_the_turning_points(results: dict[str
 
 def test_closed_form_of_torsion(results: dict[str, Result]) -> None:
     result = results["torsion"]
-    form = shear_form(result, 3)
+    form = shear_form(result, 3, closed_forms(result))
     assert form is not None and form.name == "Lubkin"
     inside = np.abs(result.x) < 0.15
     exact = form.at(result.x[inside], np.zeros(inside.sum()))
     middle = len(result.y) // 2
     found = result.field("shear_y", 3)[inside, middle - 1 : middle + 1].mean(axis=1)
     np.testing.assert_allclose(exact[1], found, atol=0.02 * 210.6)
-    assert shear_form(results["fretting"], 4) is None  # pressure and shear act on each other
+    assert (
+        shear_form(results["fretting"], 4, closed_forms(results["fretting"])) is None
+    )  # pressure and shear act on each other
 
 
 def test_hertz_of_a_turned_tilted_ellipsoid(results: dict[str, Result]) -> None:
     result = results["hertz"]
-    form = hertz_pressure(result, 1)
+    form = hertz_pressure(result, 1, closed_forms(result))
     assert form is not None
     x, y = np.meshgrid(result.x, result.y, indexing="ij")
     off = form.at(x.ravel(), y.ravel()).reshape(x.shape) - result.field("pressure")
@@ -63,7 +65,11 @@ def line_result(*loads: dict[str, float], phi_y: float = 0.0, **keys: Any) -> An
 
 def test_pressure_rolls_aside_with_a_tilted_cylinder() -> None:
     surface = {"cylinder": {"radius": 10.0, "center": 0.01}}
-    curve = hertz_pressure(line_result({"P": LOAD}, phi_y=2e-3, surface=surface), 0)
+    curve = hertz_pressure(
+        line_result({"P": LOAD}, phi_y=2e-3, surface=surface),
+        0,
+        closed_forms(line_result({"P": LOAD}, phi_y=2e-3, surface=surface)),
+    )
     assert curve is not None
     pressure = curve.at(X, ACROSS)
     assert curve.name == "Hertz"
@@ -76,8 +82,8 @@ def test_pressure_rolls_aside_with_a_tilted_cylinder() -> None:
 def test_shear_and_slip_are_along_the_force(force: str, axis: int) -> None:
     loads = {"P": LOAD}, {"P": LOAD, force: SHEAR_FORCE}
     result = line_result(*loads, load_path=[{"P": LOAD}, {force: SHEAR_FORCE}])
-    assert shear_form(result, 0) is None and slip_form(result, 0) is None
-    shear, slip = shear_form(result, 1), slip_form(result, 1)
+    assert shear_form(result, 0, closed_forms(result)) is None and slip_form(result, 0, closed_forms(result)) is None
+    shear, slip = shear_form(result, 1, closed_forms(result)), slip_form(result, 1, closed_forms(result))
     assert shear is not None and slip is not None
     traction, path = shear.at(X, ACROSS), slip.at(X, ACROSS)
     assert np.trapezoid(traction[axis], X) == pytest.approx(SHEAR_FORCE, rel=1e-3)
@@ -100,8 +106,8 @@ def test_stick_zone_over_the_force() -> None:
 @pytest.mark.parametrize("layer", ["shear_compliance", "normal_compliance"])
 def test_no_curve_that_a_layer_changes(layer: str) -> None:
     result = line_result({"P": LOAD}, SHEARED, interface={layer: 1e-6})
-    assert (hertz_pressure(result, 1) is None) == (layer == "normal_compliance")
-    assert shear_form(result, 1) is None and slip_form(result, 1) is None
+    assert (hertz_pressure(result, 1, closed_forms(result)) is None) == (layer == "normal_compliance")
+    assert shear_form(result, 1, closed_forms(result)) is None and slip_form(result, 1, closed_forms(result)) is None
     assert stick_form(result, "Qx") is None
 
 

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import tracemalloc
+from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +10,7 @@ import pytest
 from solving import DISSIMILAR, SIMILAR, build
 
 from fretsolve.case.history import PAIRS
-from fretsolve.problem.model.load_path import LoadPath
+from fretsolve.problem.model.load_path import LoadPath, imposed_along
 from fretsolve.problem.model.required_terms import derive_model
 
 
@@ -137,3 +140,123 @@ class TestGradedSteps:
         assert loads(graded, 0, "P")[0] < 90.0
         assert equal.graded == (False,)
         assert loads(equal, 0, "P") == pytest.approx(400.0 / 24.0 * np.arange(1, 25))
+
+
+def blocks(count, **cycle):
+    stages = [{"Qx": 18.0, "increments": 2}, {"Qx": -18.0, "increments": 3}]
+    return [
+        {"P": 400.0, "increments": 2},
+        {"cycle": {"stages": stages, **(cycle or {"times": count})}},
+        {"Qx": 5.0, "increments": 1},
+    ]
+
+
+def stage_by_search(path, step):
+    """Return the number of the stage of a step by going through all stages."""
+    return next(stage.number for stage, last in zip(path.stages, path.last_steps, strict=True) if step <= last)
+
+
+def test_the_stage_of_each_increment():
+    path = path_of(blocks(3))
+    assert path.last_steps == (1, 3, 6, 8, 11, 13, 16, 17)
+    found = [path.increment(step, [summary()] * step).stage.number for step in range(path.increments)]
+    assert found == [1, 1, 2, 2, 3, 3, 3, 4, 4, 5, 5, 5, 6, 6, 7, 7, 7, 8]
+    assert [step for step in range(path.increments) if path.ends_stage(step)] == list(path.last_steps)
+    assert not path.ends_stage(path.increments)
+    assert path.imposed_at(path.increments) == frozenset()
+    assert path.growth(path.increments) is None
+
+
+def test_the_stage_of_each_increment_without_some_stages():
+    whole = path_of(blocks(4))
+    path = whole.without({4, 5, 8, 9})
+    assert [stage.number for stage in path.stages] == [1, 2, 3, 6, 7, 10]
+    found = [path.increment(step, [summary()] * step).stage.number for step in range(path.increments)]
+    assert found == [stage_by_search(path, step) for step in range(path.increments)]
+    assert [path.steps_of(1, turn) for turn in (1, 3)] == [(2, 6), (7, 11)]
+    assert whole.steps_of(1, 3) == (12, 16)  # which is as it was
+
+
+def row(path, step, energy):
+    """Return a summary of cycles that dissipate ever less, by a part that `energy` takes off for each cycle."""
+    turn = path.increment(step, [summary(stage=1)] * step).stage.number // 2
+    return summary(
+        P=400.0,
+        delta_z=1e-3,
+        contact_radius=0.2,
+        delta_x=1e-3 * (step % 5),
+        Qx=18.0 * (step % 5),
+        stage=stage_by_search(path, step),
+        work_total=float(sum(1.0 + energy**one for one in range(turn))),
+    )
+
+
+def test_a_path_that_was_followed_is_the_path_that_the_run_left():
+    path = path_of(blocks(0, until="periodic", tolerance=0.01, at_most=40))
+    history, left = [], path
+    while (step := len(history)) < (left := left.after(history)).increments:
+        history.append(row(path, step, 0.1) if step < 60 else row(left, step, 0.1))
+    followed = path.followed(history)
+    assert followed.stages == left.stages
+    assert followed.last_steps == left.last_steps
+    assert len(path.stages) > len(left.stages) > 4
+    assert path.followed(history[:7]).stages == path.stages
+
+
+class CountedHistory(Sequence):
+    """The history of a path that counts the rows that are read."""
+
+    def __init__(self, path, length):
+        self.path, self.length, self.read = path, length, 0
+
+    def __len__(self):
+        return self.length
+
+    def __getitem__(self, index):
+        places = range(self.length)[index]
+        if isinstance(places, range):
+            return [self[place] for place in places]
+        self.read += 1
+        return summary(stage=stage_by_search(self.path, places), work_total=0.5 * places**2, contact_radius=0.2)
+
+
+def test_what_a_step_costs_does_not_grow_with_the_path():
+    def read(cycles):
+        path = path_of(blocks(0, until="periodic", tolerance=0.01, at_most=cycles))
+        history = CountedHistory(path, path.steps_of(1, cycles - 1)[1] + 1)
+        assert path.after(history) is path
+        path.increment(len(history), history)
+        return history.read
+
+    assert read(20) == read(400) == 1 + 3 * 5 + 1  # three cycles, where they begin and what the next stage starts from
+
+
+def test_repeated_stages_share_their_loads():
+    path = path_of(blocks(50))
+    assert len({id(loads) for loads in path.imposed}) == 4
+    assert path.imposed[-1]["Qx"] == 5.0
+    assert [loads["Qx"] for loads in path.imposed[:5]] == [0.0, 18.0, -18.0, 18.0, -18.0]
+
+
+def test_loads_that_are_shared_keep_the_sign_of_zero():
+    case = build(grid={"points": 8}, load_path=[{"P": 400.0}, {"Qx": 0.0}, {"Qx": 0.0}, {"Qx": 0.0}])
+    pressed, *others = case.stages()
+    zeros = zip(others, (0.0, -0.0, 0.0), strict=True)
+    stages = [pressed, *(replace(one, targets=(("Qx", zero),)) for one, zero in zeros)]
+    found = imposed_along(stages, derive_model(case))
+    assert [repr(loads["Qx"]) for loads in found] == ["0.0", "0.0", "0.0", "-0.0", "0.0"]
+    assert found[2] is found[4]
+
+
+def test_the_memory_of_a_path_grows_with_its_stages_alone():
+    def memory(cycles):
+        load_path = blocks(cycles)
+        tracemalloc.start()
+        path = path_of(load_path)
+        taken, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        assert len(path.stages) == 2 * cycles + 2
+        return taken
+
+    memory(10)
+    assert (memory(400) - memory(200)) / 400 < 700  # bytes per stage

@@ -94,3 +94,43 @@ def test_none_where_a_slip_zone_shrinks_on_the_way(b, known):
     """At Q = 0.6 mu P the edge away from the stick zone slips backwards from b = 0.3 on, and sticks again later."""
     shear = forms_of(load_path=[{"P": LOAD}, {"Qx": SHEAR_FORCE, "bulk_2": {"xx": b * UNIT}}]).partial_slip(1)
     assert (shear is not None) is known
+
+
+def smallest_of_all_stages(forms):
+    """Return value and stage of the smallest stick zone, from the partial slip of every stage."""
+    found = [(forms.partial_slip(stage), stage) for stage in range(len(forms.loads))]
+    known = [(abs(one.path[-1]), -stage) for one, stage in found if one is not None and one.path[-1]]
+    if found[-1][0] is None or not known:
+        return None
+    force, stage = max(known)  # the first stage of equal ones
+    largest = forms.partial_slip(-stage).on_loading(force)
+    return (largest.stick_half_width, -stage) if largest.is_known else None
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("bulk", [0.0, 0.05, 0.4])
+def test_the_smallest_stick_zone_of_a_path_is_the_smallest_of_its_stages(seed, bulk):
+    forces = np.random.default_rng(seed).uniform(-0.9, 0.9, 12).round(1) * FRICTION * LOAD
+    forces = forces if seed % 2 else np.repeat(forces[:3], 4) * (-1.0) ** np.arange(12)
+    stages = [{"Qx": force} | ({"bulk_2": {"xx": bulk * UNIT * force / LOAD}} if bulk else {}) for force in forces]
+    forms = forms_of(load_path=[{"P": LOAD}, *stages])
+    found = forms.smallest_stick
+    assert (found and (found.value, found.stage)) == smallest_of_all_stages(forms)
+    assert bulk == 0.4 or found is not None
+
+
+def test_few_partial_slips_are_looked_at_however_many_stages_there_are(monkeypatch):
+    solve, solved = LineClosedForms.partial_slip, []
+    monkeypatch.setattr(
+        LineClosedForms, "partial_slip", lambda self, stage: (solved.append(stage), solve(self, stage))[1]
+    )
+
+    def looked_at(times):
+        cycle = {"stages": [{"Qx": 0.5 * SHEAR_FORCE}, {"Qx": -SHEAR_FORCE}, {"Qx": SHEAR_FORCE}], "times": times}
+        forms = forms_of(load_path=[{"P": LOAD}, {"cycle": cycle}])
+        solved.clear()
+        assert (forms.smallest_stick.stage, forms.smallest_stick.value) == (2, CATTANEO.stick_half_width)
+        assert len({id(contact) for contact in forms.contacts}) == 1
+        return len(solved)
+
+    assert looked_at(3) == looked_at(60) == 2
