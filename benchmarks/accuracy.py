@@ -39,7 +39,8 @@ from fretsolve.case.models import Case
 from fretsolve.errors import FretsolveError
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.verdict import USUAL, judged, scales
-from fretsolve.simulation.accuracy.rounds import End, Round, first_round, history_of, next_round, seconds_of
+from fretsolve.simulation.accuracy.in_memory import history_of
+from fretsolve.simulation.accuracy.rounds import End, Round, first_round, next_round, seconds_of
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.problem_setup import set_up
 

@@ -11,8 +11,8 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "case_from_dict": "fretsolve.case.loading",
     "load_case": "fretsolve.case.loading",
-    "run": "fretsolve.simulation.simulation",
-    "run_with_error_bars": "fretsolve.simulation.error_bars.error_bars",
+    "run": "fretsolve.simulation.accuracy.in_memory",
+    "run_with_error_bars": "fretsolve.simulation.accuracy.in_memory",
     "open_result": "fretsolve.result",
 }
 __all__ = ["__version__", "case_from_dict", "load_case", "open_result", "run", "run_with_error_bars"]

@@ -7,13 +7,13 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from fretsolve import __version__
-from fretsolve.case.dimensions import counted
+from fretsolve.case.dimensions import cell_counts, counted, percent
 from fretsolve.case.history import OF_RIG, SPOTS
 from fretsolve.cli.case_summary import (
     accuracy_lines,
@@ -28,13 +28,13 @@ from fretsolve.errors import printable
 from fretsolve.post.export.remarks import spot_warnings, warning_of_wear
 from fretsolve.problem.setup.cost_estimate import expected_increments
 from fretsolve.problem.setup.map_warnings import hole_warnings
-from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, warning_of_result
 from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_the_grid
 from fretsolve.problem.setup.yield_warnings import foreseen_yield
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict, verdict_of
+from fretsolve.simulation.accuracy.rounds import Round
 from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
 COMPILING = "compiling kernels, which takes up to 30 s the first time"
@@ -46,8 +46,9 @@ class QuietMessages:
     out: the result; resume: the run goes on with that result.
     """
 
-    def __init__(self, setup: ProblemSetup, out: Path, threads: int, *, resume: bool):
-        self.setup, self.out, self.threads, self.resume = setup, out, threads, resume
+    def __init__(self, current: Round, out: Path, threads: int, *, resume: bool):
+        self.setup, self.out, self.threads, self.resume = current.setup, out, threads, resume
+        self.before, setup = current.before, current.setup
         self.source = setup.case.source
         self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
         self.cycles = represented_cycles(setup)
@@ -60,7 +61,9 @@ class QuietMessages:
         return shlex.join(["fretsolve", "run", str(self.source.path), *out, *sets, "--resume"])
 
     def start(self, writer: HistoryWriter) -> None:
-        """Print what is about to be solved, and all warnings before the run."""
+        """Print what is about to be solved, and all warnings before the first round."""
+        if self.before:
+            return
         for text in (*case_warnings(self.setup, None if self.resume else self.out), *writer.notes):
             self.warn(text)
 
@@ -86,10 +89,11 @@ class QuietMessages:
     def stopped(self, increments: int) -> None:
         """Print that a signal has stopped the run, and how to resume it."""
 
-    def end(self) -> None:
-        """Print the outcome and where it is saved."""
+    def end(self, reason: str = "") -> None:
+        """Print the outcome and where it is saved; reason: why no further round is solved."""
         with open_result(self.out) as result:
-            self._report(result, verdict_of(result.effective_case, result.history))
+            reached = verdict_of(result)
+            self._report(result, replace(reached, reason=reason) if reached is not None and reason else reached)
 
     def _history(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
         """Return all that the history keeps of an increment: spots where they are counted, the actuator with a rig."""
@@ -143,14 +147,22 @@ class TextMessages(QuietMessages):
     verbose: print the stages, the settings and the whole history of each increment as well, without a bar.
     """
 
-    def __init__(self, setup: ProblemSetup, out: Path, threads: int, *, resume: bool, verbose: bool = False):
-        super().__init__(setup, out, threads, resume=resume)
+    def __init__(self, current: Round, out: Path, threads: int, *, resume: bool, verbose: bool = False):
+        super().__init__(current, out, threads, resume=resume)
         self.verbose = verbose
         self.has_bar = sys.stdout.isatty() and not verbose
 
     def start(self, writer: HistoryWriter) -> None:
         """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
+        if self.before:
+            done = self.before[-1]
+            print(f"round {len(self.before)} knows {done.quantity} to {percent(done.worst)}", end="; ")
+            print(
+                f"round {len(self.before) + 1}: {cell_counts(setup.grid.shape)} points, {path_length(setup)}",
+                flush=True,
+            )
+            return
         print(printable(setup.case.title or self.source.path.name))
         print(printable(f"result: {self.out}"))
         for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):

@@ -29,7 +29,7 @@ from fretsolve.system.hdf5_files import own_dataset
 
 WITHOUT_EFFECT = (
     *(("bodies", body, key) for body in (0, 1) for key in ("material", "yield_stress")),
-    *(("title",), ("expect",), ("solver", "max_iterations"), ("output", "stress")),
+    *(("title",), ("expect",), ("solver", "max_iterations"), ("solver", "accuracy", "at_most"), ("output", "stress")),
 )
 """Keys of a case that change no number of a certified increment, so that a resumed run may change them."""
 

@@ -11,7 +11,7 @@ import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.history import ACTUATORS, COMPONENTS, EXTENTS
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
+
+if TYPE_CHECKING:
+    from fretsolve.result.reader import Result
 
 LEAST_MOTION_SCALE = 1e-3
 """Least scale of tangential displacements over the approach, of phi_z over approach by radius, and of the dissipated
@@ -70,7 +73,7 @@ class Verdict:
     "at the end of stage 2"; corrected: whether the bar belongs to a corrected value; unbounded: quantities left out,
     since no bar holds them; unseen: whether the dissipated energy is left out, as it is 0 and may not be; advice: key
     and value of settings with which the accuracy may be met; far: of what it would take more than MOST_REFINED times
-    as many.
+    as many; reason: why no finer run was made.
     """
 
     accuracy: float
@@ -82,6 +85,7 @@ class Verdict:
     unseen: bool = False
     advice: str = ""
     far: str = ""
+    reason: str = ""
 
     @property
     def met(self) -> bool:
@@ -100,7 +104,9 @@ class Verdict:
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
         advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
-        if self.far:
+        if self.reason:
+            advised = f"; {self.reason}"
+        elif self.far:
             advised = f"; more than {MOST_REFINED:g} times the {self.far} would be needed"
         return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{advised}{left_out}"
 
@@ -156,15 +162,14 @@ def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles
     return found
 
 
-def verdict_of(
-    effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray], cycles: Cycles = lambda: None
-) -> Verdict | None:
-    """Judge a run by the case in its result; None without an accuracy or error bars."""
-    accuracy = effective_case.get("solver", {}).get("accuracy")
+def verdict_of(result: Result) -> Verdict | None:
+    """Judge a result by the accuracy of its case; None without an accuracy or error bars."""
+    case, history = result.effective_case, result.history
+    accuracy = case.get("solver", {}).get("accuracy")
     if accuracy is None or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
-    points = effective_case.get("grid", {}).get("points") or ()
-    bars = judged(accuracy.get("of", ()), history, cycles)
+    points = case.get("grid", {}).get("points") or ()
+    bars = judged(accuracy.get("of", ()), history, lambda: None if result.cycles is None else result.cycles.columns)
     return verdict(accuracy["target"], bars, history, [points] if isinstance(points, int) else points)
 
 

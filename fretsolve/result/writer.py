@@ -194,6 +194,15 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             self._unsaved.clear()
             self._saved.remove_parts()
 
+    def begin_anew(self, header: RunHeader) -> None:
+        """Replace the complete result by a run with another header, which nothing is saved of yet. Raises FileError."""
+        self.working_folder()
+        with self._reported("cannot begin the result anew", self.out):
+            self._saved = SavedRun(self.out, header, self._advice)
+            self._saved.take_up(NOTHING_SHARED, resume=False, overwrite=True, retry=True)
+        self.header, self.complete = header, False
+        self.last_state, self.summaries, self.increments = None, self._saved.summaries, 0
+
     def working_folder(self) -> Path:
         """Return a folder for what is made beside a complete result; a kill leaves it to the next run, which clears it.
 

@@ -7,12 +7,12 @@ import hashlib
 import json
 import platform
 import runpy
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import h5py
 import numpy as np
@@ -26,6 +26,8 @@ from fretsolve.result import HistoryWriter, RunHeader
 from fretsolve.result.state import State, Summary, SummaryErrors
 from fretsolve.simulation.simulation import run
 from fretsolve.system.files import reported, require_regular
+
+NOTHING_MORE: Mapping[str, Any] = {}
 
 
 class Stop(Protocol):
@@ -107,8 +109,10 @@ def _save_each(
     return failure
 
 
-def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> RunHeader:
-    """Return the header of the result, which is the same in each run of a case."""
+def run_header(
+    setup: ProblemSetup, threads: int, overrides: Sequence[str], more: Mapping[str, Any] = NOTHING_MORE
+) -> RunHeader:
+    """Return the header of the result, which is the same in each run of a case; more: for its provenance."""
     case, digests = setup.case, {}
     maps = {f"height map {number}": file for number, file in enumerate(height_maps(case), start=1)}
     if case.friction.map is not None:
@@ -126,6 +130,7 @@ def run_header(setup: ProblemSetup, threads: int, overrides: Sequence[str]) -> R
         "pointwise_kernels": "compiled" if setup.compiled else "numpy",
         "overrides": overrides,
         **({} if case.solver.accuracy is None else {"picked_by_accuracy": setup.picked}),
+        **more,
         **_environment(),
     }
     return RunHeader(

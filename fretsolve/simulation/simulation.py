@@ -41,8 +41,6 @@ def run(
 ) -> Iterator[State]:
     """Solve `case` and yield a `State` per increment, each certified.
 
-    With an accuracy the rounds that it takes are solved first, and the states of the last one are kept in memory.
-
     start, history: the last state and the summaries of all increments so far, to go on from; a `History` takes up the
     new ones, too. threads: number of threads that share the transforms, on which no bit of a state depends.
     Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
@@ -51,11 +49,6 @@ def run(
         raise TypeError(f"a case is needed, as load_case gives it, not {case!r}")
     if (start.summary.step + 1 if start is not None else 0) != len(history):
         raise ValueError("start must be the state after the last increment of history, or both be left out")
-    if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
-        from fretsolve.simulation.accuracy.rounds import solved  # other cases have one round
-
-        yield from solved(case, threads)[1]
-        return
     yield from states_of(case if isinstance(case, ProblemSetup) else set_up(case), start, history, threads)
 
 

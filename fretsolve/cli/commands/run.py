@@ -16,9 +16,9 @@ from fretsolve.cli.run_messages import JsonMessages, QuietMessages, TextMessages
 from fretsolve.elastic.kernels import load, when_compiling
 from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
-from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result import HistoryWriter
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.accuracy.rounds import End, Round, first_round
+from fretsolve.simulation.accuracy.saved_rounds import after, begun_round, in_provenance
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
 from fretsolve.system.files import require_ending, require_folder, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
@@ -45,60 +45,71 @@ def run_case(
     """
     loaded = read_case(case, pipe=True).case(overrides)
     out = out or case.with_suffix(".h5")
-    setup = _checked_setup(loaded, case, out, resume=resume)
+    current = _checked_round(loaded, case, out, resume=resume)
     if (side := _side_outputs(loaded)) is not None:
-        side.require_room(setup, out)
-    kernels = load(setup.compiled)
-    setup = replace(setup, compiled=kernels.compiled)
-    header = run_header(setup, threads, overrides)
+        side.require_room(current.setup, out)
+    kernels = load(current.setup.compiled)
+    current = replace(current, setup=replace(current.setup, compiled=kernels.compiled))
+    header = run_header(current.setup, threads, overrides, in_provenance(current))
     if side is not None:
-        side.require_own_side_outputs(setup, out, header, resume=resume, overwrite=overwrite)
+        side.require_own_side_outputs(current.setup, out, header, resume=resume, overwrite=overwrite)
     # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=0.1) as writer:
-        if quiet or log_json:
-            messages = (QuietMessages if quiet else JsonMessages)(setup, out, threads, resume=resume)
-        else:
-            messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
-        if writer.complete:
+        while True:
+            if quiet or log_json:
+                messages = (QuietMessages if quiet else JsonMessages)(current, out, threads, resume=resume)
+            else:
+                messages = TextMessages(current, out, threads, resume=resume, verbose=verbose)
+            if kernels.why_not and not writer.complete:
+                messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
+            if not _is_solved(current, writer, messages, stop, threads):
+                messages.stopped(writer.increments)
+                return EXIT_STOPPED
+            following = after(current, out)
+            if isinstance(following, End):
+                break
+            writer.begin_anew(run_header(following.setup, threads, overrides, in_provenance(following)))
+            current = following
+        if was_complete := writer.complete:
             messages.already_complete(writer.increments)
-            if side is not None:
-                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=False, missing=True)
-            return 0
-        messages.start(writer)
-        if kernels.why_not:
-            messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
-        when_compiling(messages.compiling)
-        try:
-            with messages.progress(writer.increments):
-                complete = solve_missing(
-                    setup, writer, stop, threads=threads, show=messages.increment, warn=messages.warn, beside=True
-                )
-        except NoSolutionError:
-            messages.end()
-            raise
-        if complete:
-            messages.end()
-            if side is not None:
-                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=overwrite)
-            return 0
-    messages.stopped(writer.increments)
-    return EXIT_STOPPED
+        else:
+            messages.end(following.reason)
+        if side is not None:
+            told = {"quiet": quiet or log_json, "overwrite": overwrite and not was_complete, "missing": was_complete}
+            side.write_side_outputs(loaded, writer, threads, **told)
+    return 0
 
 
-def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> ProblemSetup:
-    """Return the setup of the case in the file `case` if this machine can solve it and write it to `out`."""
+def _is_solved(current: Round, writer: HistoryWriter, messages: QuietMessages, stop: StopRequest, threads: int) -> bool:
+    """Solve what is missing of a round, and return whether it is complete."""
+    if writer.complete:
+        return True
+    messages.start(writer)
+    when_compiling(messages.compiling)
+    try:
+        with messages.progress(writer.increments):
+            return solve_missing(
+                current.setup, writer, stop, threads=threads, show=messages.increment, warn=messages.warn, beside=True
+            )
+    except NoSolutionError:
+        messages.end()
+        raise
+
+
+def _checked_round(loaded: Case, case: Path, out: Path, *, resume: bool) -> Round:
+    """Return the round of the case in the file `case` that is to be solved, if this machine can solve and write it."""
     require_other(out, case, "the case itself")
     for height_map in height_maps(loaded):
         require_other(out, height_map, "a height map of the case")
     require_ending(out, "a result", *RESULT_ENDINGS)
     require_folder(out)
-    setup = set_up(loaded)
-    require_memory(setup)
+    current = begun_round(loaded, out) if resume else first_round(loaded)
+    require_memory(current.setup)
     if height_maps(loaded):
-        setup.separation()  # reads the maps, before anything is written
-    if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
+        current.setup.separation()  # reads the maps, before anything is written
+    if not resume and (problem := disk_problem(current.setup, out, certain=True)) is not None:
         raise problem
-    return setup
+    return current
 
 
 def _side_outputs(case: Case) -> ModuleType | None:

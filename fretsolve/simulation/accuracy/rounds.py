@@ -8,9 +8,8 @@ first order, but at most twice as many of each: bars of coarse runs are too wide
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -20,11 +19,8 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.setup.cost_estimate import estimate, require_memory
 from fretsolve.problem.setup.picked_settings import Picks, points_of_cells
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.state import State
 from fretsolve.result.verdict import POINTS_ORDER, Cycles, Judged, Verdict, judged, verdict
-from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.problem_setup import set_up
-from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import DoubleArray
 
 AIM = 0.8
@@ -187,41 +183,6 @@ def in_words(seconds: float) -> str:
         if seconds >= 2.0 * size:
             return f"{seconds / size:.2g} {unit}"
     return f"{max(seconds, 0.0):.2g} s"
-
-
-def solved(case: Case, threads: int = 1, warn: Callable[[str], object] | None = None) -> tuple[Round, list[State], End]:
-    """Solve the rounds of a case in memory, and return the last one with its states and why it is the last.
-
-    warn: as for `run_with_error_bars`. Raises NoSolutionError, CaseError and FileError as `run`.
-    """
-    done = first_round(case)
-    while True:
-        rows = list(_states(done.setup, threads, warn))
-        history = history_of(rows)
-        following = next_round(done, history, lambda: cycles_of(done.setup, history), seconds_of(history))
-        if isinstance(following, End):
-            return done, rows, following
-        done = following
-
-
-def _states(setup: ProblemSetup, threads: int, warn: Callable[[str], object] | None) -> Iterator[State]:
-    if not setup.case.solver.error_bars:
-        return run(setup, threads=threads)
-    return run_with_error_bars(setup, threads=threads, warn=warn)
-
-
-def history_of(rows: Sequence[State]) -> dict[str, DoubleArray]:
-    """Return the columns of the history of states, and of their error bars."""
-    columns = [vars(row.summary) | (vars(row.errors) if row.errors is not None else {}) for row in rows]
-    return {name: np.array([column[name] for column in columns]) for name in (columns[0] if columns else ())}
-
-
-def cycles_of(setup: ProblemSetup, history: Mapping[str, DoubleArray]) -> Mapping[str, Any] | None:
-    """Return the columns of the table of cycles, None without any."""
-    from fretsolve.result.cycles.table import cycle_table  # few accuracies are about cycles
-
-    table = cycle_table(history, setup.case.effective(), lambda step: None, ended=True)
-    return None if table is None else table.columns
 
 
 def seconds_of(history: Mapping[str, DoubleArray]) -> float:

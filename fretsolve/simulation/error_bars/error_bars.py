@@ -88,11 +88,6 @@ def run_with_error_bars(
     """
     if not isinstance(case, ProblemSetup) and not case.solver.error_bars:  # an automatic area leaves room for them
         case = case.model_copy(update={"solver": case.solver.model_copy(update={"error_bars": True})})
-    if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
-        from fretsolve.simulation.accuracy.rounds import solved  # other cases have one round
-
-        yield from solved(case, threads, warn)[1]
-        return
     setup = case if isinstance(case, ProblemSetup) else set_up(case)
     few = too_few_points(setup.grid.shape[: len(setup.grid.axes)])
     if few is not None:

@@ -1,0 +1,81 @@
+"""Solve the rounds of an accuracy in memory, and return the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from fretsolve.case.models import Case
+from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.result.state import State, Summary
+from fretsolve.simulation.accuracy.rounds import End, Round, first_round, next_round, seconds_of
+from fretsolve.simulation.error_bars.error_bars import run_with_error_bars as with_error_bars
+from fretsolve.simulation.simulation import run as one_run
+from fretsolve.system.arrays import DoubleArray
+
+
+def run(
+    case: Case | ProblemSetup, start: State | None = None, history: Sequence[Summary] = (), threads: int = 1
+) -> Iterator[State]:
+    """Solve `case` and yield a `State` per increment, as `fretsolve.simulation.simulation.run` does.
+
+    With an accuracy the rounds that it takes are solved first, and the states of the last one are kept in memory.
+    """
+    if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
+        return iter(solved(case, threads)[1])
+    return one_run(case, start, history, threads)
+
+
+def run_with_error_bars(
+    case: Case | ProblemSetup,
+    start: State | None = None,
+    history: Sequence[Summary] = (),
+    threads: int = 1,
+    warn: Callable[[str], object] | None = None,
+) -> Iterator[State]:
+    """Solve `case` as `run` does, and yield each state with its error bars.
+
+    If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
+    Raises NoSolutionError if the run itself has none, and CaseError on too few points for coarse runs.
+    """
+    if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
+        return iter(solved(case, threads, warn)[1])
+    return with_error_bars(case, start, history, threads, warn)
+
+
+def solved(case: Case, threads: int = 1, warn: Callable[[str], object] | None = None) -> tuple[Round, list[State], End]:
+    """Solve the rounds of a case in memory, and return the last one with its states and why it is the last.
+
+    warn: as for `run_with_error_bars`. Raises NoSolutionError, CaseError and FileError as `run`.
+    """
+    done = first_round(case)
+    while True:
+        rows = list(_states(done.setup, threads, warn))
+        history = history_of(rows)
+        following = next_round(done, history, partial(cycles_of, done.setup, history), seconds_of(history))
+        if isinstance(following, End):
+            return done, rows, following
+        done = following
+
+
+def _states(setup: ProblemSetup, threads: int, warn: Callable[[str], object] | None) -> Iterator[State]:
+    if not setup.case.solver.error_bars:
+        return one_run(setup, threads=threads)
+    return with_error_bars(setup, threads=threads, warn=warn)
+
+
+def history_of(rows: Sequence[State]) -> dict[str, DoubleArray]:
+    """Return the columns of the history of states, and of their error bars."""
+    columns = [vars(row.summary) | (vars(row.errors) if row.errors is not None else {}) for row in rows]
+    return {name: np.array([column[name] for column in columns]) for name in (columns[0] if columns else ())}
+
+
+def cycles_of(setup: ProblemSetup, history: Mapping[str, DoubleArray]) -> Mapping[str, Any] | None:
+    """Return the columns of the table of cycles, None without any."""
+    from fretsolve.result.cycles.table import cycle_table  # few accuracies are about cycles
+
+    table = cycle_table(history, setup.case.effective(), lambda step: None, ended=True)
+    return None if table is None else table.columns
