@@ -3,8 +3,8 @@
 from fretsolve.case.loading import case_from_dict as case_from_dict
 from fretsolve.case.loading import load_case as load_case
 from fretsolve.result import open_result as open_result
-from fretsolve.simulation.error_bars.error_bars import run_with_error_bars as run_with_error_bars
-from fretsolve.simulation.simulation import run as run
+from fretsolve.simulation.accuracy.in_memory import run as run
+from fretsolve.simulation.accuracy.in_memory import run_with_error_bars as run_with_error_bars
 
 __version__: str
 __all__ = ["__version__", "case_from_dict", "load_case", "open_result", "run", "run_with_error_bars"]

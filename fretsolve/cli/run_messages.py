@@ -92,7 +92,7 @@ class QuietMessages:
     def end(self, reason: str = "") -> None:
         """Print the outcome and where it is saved; reason: why no further round is solved."""
         with open_result(self.out) as result:
-            reached = verdict_of(result)
+            reached = verdict_of(result.effective_case, result.history, result.cycle_columns)
             self._report(result, replace(reached, reason=reason) if reached is not None and reason else reached)
 
     def _history(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
@@ -156,8 +156,8 @@ class TextMessages(QuietMessages):
         """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
         if self.before:
-            done = self.before[-1]
-            print(f"round {len(self.before)} knows {done.quantity} to {percent(done.worst)}", end="; ")
+            last = self.before[-1]
+            print(f"round {len(self.before)} knows {last.quantity} to {percent(last.worst)}", end="; ")
             print(
                 f"round {len(self.before) + 1}: {cell_counts(setup.grid.shape)} points, {path_length(setup)}",
                 flush=True,

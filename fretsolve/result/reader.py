@@ -121,6 +121,10 @@ class Result(AbstractContextManager["Result"]):
     def _stored(self) -> frozenset[int]:
         return frozenset(self.steps)
 
+    def cycle_columns(self) -> Mapping[str, NDArray[Any]] | None:
+        """Return the columns of the table of cycles, None without any."""
+        return None if self.cycles is None else self.cycles.columns
+
     @property
     def increments(self) -> int:
         """The number of increments."""

@@ -11,7 +11,7 @@ import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,6 @@ from fretsolve.case.dimensions import percent
 from fretsolve.case.history import ACTUATORS, COMPONENTS, EXTENTS
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
-
-if TYPE_CHECKING:
-    from fretsolve.result.reader import Result
 
 LEAST_MOTION_SCALE = 1e-3
 """Least scale of tangential displacements over the approach, of phi_z over approach by radius, and of the dissipated
@@ -162,14 +159,13 @@ def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles
     return found
 
 
-def verdict_of(result: Result) -> Verdict | None:
-    """Judge a result by the accuracy of its case; None without an accuracy or error bars."""
-    case, history = result.effective_case, result.history
-    accuracy = case.get("solver", {}).get("accuracy")
+def verdict_of(effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray], cycles: Cycles) -> Verdict | None:
+    """Judge a run by the accuracy of the case in its result; None without an accuracy or error bars."""
+    accuracy = effective_case.get("solver", {}).get("accuracy")
     if accuracy is None or "P" + ERROR_SUFFIX not in history or not len(history["stage"]):
         return None
-    points = case.get("grid", {}).get("points") or ()
-    bars = judged(accuracy.get("of", ()), history, lambda: None if result.cycles is None else result.cycles.columns)
+    points = effective_case.get("grid", {}).get("points") or ()
+    bars = judged(accuracy.get("of", ()), history, cycles)
     return verdict(accuracy["target"], bars, history, [points] if isinstance(points, int) else points)
 
 

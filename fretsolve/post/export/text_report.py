@@ -183,7 +183,7 @@ def _totals(result: Result) -> list[str]:
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
         lines += about_tiny_values(result)
     lines += [unknown] if (unknown := why_no_bars(history)) else []
-    reached = verdict_of(result)
+    reached = verdict_of(result.effective_case, history, result.cycle_columns)
     lines += [] if reached is None else [str(reached)]
     lines += _point_of_load(result)
     lines += wear_totals(result)

@@ -56,5 +56,4 @@ def after(done: Round, out: Path) -> Round | End:
     if done.asked.solver.accuracy is None:
         return End(None)
     with open_result(out) as result:
-        columns = lambda: None if result.cycles is None else result.cycles.columns  # noqa: E731
-        return next_round(done, result.history, columns, seconds_of(result.history))
+        return next_round(done, result.history, result.cycle_columns, seconds_of(result.history))
