@@ -19,6 +19,8 @@ from fretsolve.post.names import crack_path, fatigue_path, stress_path
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
+from fretsolve.simulation.accuracy.rounds import End
+from fretsolve.simulation.accuracy.saved_rounds import after, begun_round
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.beginnings import files_of
@@ -47,19 +49,28 @@ def solve(
     of beginnings, see `HistoryWriter.open`. Raises FileError.
     """
     began, code, reason = time.perf_counter(), 0, ""
+    current = begun_round(case.first, case.out)
+    header = case.header_of(current)
     with HistoryWriter.open(
-        case.out, case.header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
+        case.out, header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
-        if writer.complete:  # another process was faster, or was ended before it had written the side outputs
-            write_side_outputs(case, writer, threads)
-            return RunReport(index, 0)
         try:
-            if not solve_missing(case.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)):
+            while writer.complete or solve_missing(
+                current.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)
+            ):
+                following = after(current, case.out)
+                if isinstance(following, End):
+                    break
+                current = following
+                writer.begin_anew(case.header_of(current))
+            else:
                 code = EXIT_STOPPED
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:
             write_side_outputs(case, writer, threads)
+        if writer.complete:  # another process was faster, or was ended before it had written the side outputs
+            return RunReport(index, 0)
         seconds, notes = time.perf_counter() - began, tuple(writer.notes)
         return RunReport(index, code, reason, increments=writer.increments, seconds=seconds, notes=notes)
 

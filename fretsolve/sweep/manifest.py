@@ -151,9 +151,12 @@ def is_finished(out: Path, beside: Sequence[str]) -> bool:
 def digest(attributes: Mapping[str, Any]) -> str:
     """Return a digest of all that the outcome of a run depends on, which title and expected values do not change.
 
-    attributes: of the run's header or result.
+    attributes: of the run's header or result; what the rounds of an accuracy pick does not count.
     """
     effective = json.loads(attributes["effective_case"])
+    for key in json.loads(attributes["provenance"]).get("picked_keys", ()):
+        group, name = key.split(".")
+        effective[group].pop(name, None)
     case = {name: value for name, value in effective.items() if name not in ("title", "expect")}
     rest = [attributes.get(name) for name in ("inputs", "fretsolve_version", "format_version")]
     identity = json.dumps([case, *rest], sort_keys=True)

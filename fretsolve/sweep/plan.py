@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 from typing import get_args
 
@@ -17,8 +18,8 @@ from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath
 from fretsolve.problem.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
 from fretsolve.problem.setup.problem import ProblemSetup, compiling_pays
 from fretsolve.result import RunHeader
-from fretsolve.simulation.problem_setup import set_up
-from fretsolve.simulation.run_to_file import run_header
+from fretsolve.simulation.accuracy.rounds import Round, first_round
+from fretsolve.simulation.accuracy.saved_rounds import header_of_round
 from fretsolve.sweep.beginnings import beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, SideOutput, digest
 from fretsolve.sweep.quantity import (
@@ -36,16 +37,27 @@ SIDE_OUTPUTS: tuple[SideOutput, ...] = get_args(SideOutput)
 
 @dataclass(frozen=True)
 class PreparedCase:
-    """A case that can run. settings: the varied keys and their values; id: names its result `out`, equal for equal
+    """A case that can run. settings: the varied keys and their values; first: the round with which it begins, the only
+    one without an accuracy; header_of: returns the header of a round; id: names its result `out`, equal for equal
     cases; expected: its estimated cost.
     """
 
     settings: Mapping[str, str]
-    setup: ProblemSetup
-    header: RunHeader
+    first: Round
+    header_of: Callable[[Round], RunHeader]
     id: str
     out: Path
     expected: Estimate
+
+    @property
+    def setup(self) -> ProblemSetup:
+        """The problem of the first round."""
+        return self.first.setup
+
+    @property
+    def header(self) -> RunHeader:
+        """The header of the first round."""
+        return self.header_of(self.first)
 
     @property
     def beside(self) -> tuple[SideOutput, ...]:
@@ -93,7 +105,8 @@ class BaseCase:
         Raises CaseError if it is not valid, does not fit into memory or has an unusable height map; FileError.
         """
         own = [text for item in settings.items() for text in overrides_of(*item, self.stages)] + list(self.last)
-        setup = set_up(self.text.case(own), self.compiled)
+        first = first_round(self.text.case(own), self.compiled)
+        setup = first.setup
         expected = require_memory(setup)
         if setup.case.output.fatigue is not None:
             from fretsolve.post.fatigue.request import require_fatigue
@@ -105,9 +118,9 @@ class BaseCase:
             require_crack(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
             setup.separation()  # reads the height maps
-        header = run_header(setup, self.threads, (*self.overrides, *own))
-        name = digest(header.attributes("running"))
-        return PreparedCase(settings, setup, header, name, folder / f"{name}.h5", expected)
+        header_of = cache(partial(header_of_round, self.threads, (*self.overrides, *own)))
+        name = digest(header_of(first).attributes("running"))
+        return PreparedCase(settings, first, header_of, name, folder / f"{name}.h5", expected)
 
     def prepare_all(self, points: Iterable[Point], folder: Path) -> Iterator[PreparedCase]:
         """Yield the case at each of `points` as if it were run. At the end, raises CaseError for all that are wrong."""

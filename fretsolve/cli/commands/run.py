@@ -18,8 +18,8 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.result import HistoryWriter
 from fretsolve.simulation.accuracy.rounds import End, Round, first_round
-from fretsolve.simulation.accuracy.saved_rounds import after, begun_round, in_provenance
-from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
+from fretsolve.simulation.accuracy.saved_rounds import after, begun_round, header_of_round
+from fretsolve.simulation.run_to_file import height_maps, solve_missing
 from fretsolve.system.files import require_ending, require_folder, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
 
@@ -50,7 +50,7 @@ def run_case(
         side.require_room(current.setup, out)
     kernels = load(current.setup.compiled)
     current = replace(current, setup=replace(current.setup, compiled=kernels.compiled))
-    header = run_header(current.setup, threads, overrides, in_provenance(current))
+    header = header_of_round(threads, overrides, current)
     if side is not None:
         side.require_own_side_outputs(current.setup, out, header, resume=resume, overwrite=overwrite)
     # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
@@ -68,7 +68,7 @@ def run_case(
             following = after(current, out)
             if isinstance(following, End):
                 break
-            writer.begin_anew(run_header(following.setup, threads, overrides, in_provenance(following)))
+            writer.begin_anew(header_of_round(threads, overrides, following))
             current = following
         if was_complete := writer.complete:
             messages.already_complete(writer.increments)
@@ -103,7 +103,8 @@ def _checked_round(loaded: Case, case: Path, out: Path, *, resume: bool) -> Roun
         require_other(out, height_map, "a height map of the case")
     require_ending(out, "a result", *RESULT_ENDINGS)
     require_folder(out)
-    current = begun_round(loaded, out) if resume else first_round(loaded)
+    first = first_round(loaded)
+    current = begun_round(first, out) if resume else first
     require_memory(current.setup)
     if height_maps(loaded):
         current.setup.separation()  # reads the maps, before anything is written

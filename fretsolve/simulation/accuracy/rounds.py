@@ -53,6 +53,18 @@ class Round:
     setup: ProblemSetup
     before: tuple[Record, ...] = ()
 
+    @property
+    def picks_points(self) -> bool:
+        """True if the case leaves the points out."""
+        return self.asked.grid.points is None
+
+    @property
+    def picks_increments(self) -> bool:
+        """True if the case leaves out numbers of increments, and their factor, that matter."""
+        automatic = any(stage.increments is None for stage in self.asked.stages())
+        given = "refinement" in self.asked.solver.model_fields_set
+        return automatic and self.setup.load_path.path_dependent and not given
+
 
 @dataclass(frozen=True)
 class End:
@@ -102,11 +114,11 @@ def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
     assert accuracy is not None
     cells, increments = _factors(setup, bars, AIM * accuracy.target)
     points = setup.grid.shape
-    if _picks_points(asked) and cells > 1.0:
+    if done.picks_points and cells > 1.0:
         points = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / cells, _finest_cell(setup)))
-    refined = _picks_increments(asked, setup) and increments > 1.0
+    refined = done.picks_increments and increments > 1.0
     if math.prod(points) <= math.prod(setup.grid.shape) and not refined:
-        if _picks_points(asked) and cells > 1.0:
+        if done.picks_points and cells > 1.0:
             return "its cells are as small as the spacing of the height map, below which nothing is known"
         return "the case gives its points and increments, which are kept"
     return Picks(points, (setup.case.solver.refinement or 1.0) * (increments if refined else 1.0))
@@ -121,16 +133,6 @@ def _finest_cell(setup: ProblemSetup) -> float:
     if all(surface.kind != "heights" for surface in setup.case.surface):
         return 0.0
     return min(min(one.spacing) for one in setup.heights().maps)
-
-
-def _picks_points(asked: Case) -> bool:
-    return asked.grid.points is None
-
-
-def _picks_increments(asked: Case, setup: ProblemSetup) -> bool:
-    """Return whether any number of increments is automatic and matters."""
-    automatic = any(stage.increments is None for stage in asked.stages())
-    return automatic and setup.load_path.path_dependent and "refinement" not in asked.solver.model_fields_set
 
 
 def _factors(setup: ProblemSetup, bars: Sequence[Judged], aim: float) -> tuple[float, float]:

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from fretsolve.case.models import Case
 from fretsolve.errors import FileError
 from fretsolve.problem.setup.picked_settings import Picks
-from fretsolve.result import open_result
+from fretsolve.result import RunHeader, open_result
 from fretsolve.result.parts import parts_folder
 from fretsolve.result.reader import read_attributes, read_header
-from fretsolve.simulation.accuracy.rounds import End, Record, Round, first_round, next_round, seconds_of
+from fretsolve.simulation.accuracy.rounds import End, Record, Round, next_round, seconds_of
 from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.run_to_file import run_header
 
-ROUNDS = "rounds"
-"""Name of the rounds that are done, in the provenance of a result."""
+ROUNDS, PICKED_KEYS = "rounds", "picked_keys"
+"""Names of the rounds that are done, and of the keys of the case that the rounds pick, in a result's provenance."""
 
 
-def begun_round(case: Case, out: Path, compiled: bool | None = None) -> Round:
+def begun_round(first: Round, out: Path) -> Round:
     """Return the round that the parts of `out`, or `out` itself, hold; the first round where there are none.
 
     Without an accuracy there is but one. A damaged file is reported by the writer that goes on with it.
     """
+    case = first.asked
     if case.solver.accuracy is not None and (attributes := _attributes(out)) is not None:
         with suppress(KeyError, TypeError, ValueError):
             effective = json.loads(attributes["effective_case"])
@@ -34,8 +35,10 @@ def begun_round(case: Case, out: Path, compiled: bool | None = None) -> Round:
             points = effective["grid"]["points"]
             shape = (points, 1) if isinstance(points, int) else (points[0], points[1])
             before = tuple(Record(**{**one, "points": (one["points"][0], one["points"][1])}) for one in done)
-            return Round(case, set_up(case, compiled, Picks(shape, effective["solver"]["refinement"])), before)
-    return first_round(case, compiled)
+            return Round(
+                case, set_up(case, first.setup.compiled, Picks(shape, effective["solver"]["refinement"])), before
+            )
+    return first
 
 
 def _attributes(out: Path) -> Mapping[str, Any] | None:
@@ -48,7 +51,13 @@ def _attributes(out: Path) -> Mapping[str, Any] | None:
 
 def in_provenance(rounds: Round) -> dict[str, Any]:
     """Return the rounds that are done as the provenance of a result has them; nothing without an accuracy."""
-    return {} if rounds.asked.solver.accuracy is None else {ROUNDS: [asdict(one) for one in rounds.before]}
+    if rounds.asked.solver.accuracy is None:
+        return {}
+    keys = {"grid.points": rounds.picks_points, "solver.refinement": rounds.picks_increments}
+    return {
+        ROUNDS: [asdict(one) for one in rounds.before],
+        PICKED_KEYS: [key for key, is_picked in keys.items() if is_picked],
+    }
 
 
 def after(done: Round, out: Path) -> Round | End:
@@ -57,3 +66,8 @@ def after(done: Round, out: Path) -> Round | End:
         return End(None)
     with open_result(out) as result:
         return next_round(done, result.history, result.cycle_columns, seconds_of(result.history))
+
+
+def header_of_round(threads: int, overrides: Sequence[str], current: Round) -> RunHeader:
+    """Return the header of the result of a round, see `run_header`."""
+    return run_header(current.setup, threads, overrides, in_provenance(current))
