@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import get_args
 
@@ -54,7 +54,7 @@ class PreparedCase:
         """The problem of the first round."""
         return self.first.setup
 
-    @property
+    @cached_property
     def header(self) -> RunHeader:
         """The header of the first round."""
         return self.header_of(self.first)
@@ -118,7 +118,7 @@ class BaseCase:
             require_crack(setup)
         if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
             setup.separation()  # reads the height maps
-        header_of = cache(partial(header_of_round, self.threads, (*self.overrides, *own)))
+        header_of = partial(header_of_round, self.threads, (*self.overrides, *own))
         name = digest(header_of(first).attributes("running"))
         return PreparedCase(settings, first, header_of, name, folder / f"{name}.h5", expected)
 
