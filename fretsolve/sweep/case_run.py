@@ -19,8 +19,7 @@ from fretsolve.post.names import crack_path, fatigue_path, stress_path
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
-from fretsolve.simulation.accuracy.rounds import End
-from fretsolve.simulation.accuracy.saved_rounds import after, begun_round
+from fretsolve.simulation.accuracy.saved_rounds import begun_round, rounds_into
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.beginnings import files_of
@@ -49,22 +48,18 @@ def solve(
     of beginnings, see `HistoryWriter.open`. Raises FileError.
     """
     began, code, reason = time.perf_counter(), 0, ""
-    current = begun_round(case.first, case.out)
-    header = case.header_of(current)
+    begun = begun_round(case.first, case.out)
+    header = case.header_of(begun)
     with HistoryWriter.open(
         case.out, header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
         try:
-            while writer.complete or solve_missing(
-                current.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)
-            ):
-                following = after(current, case.out)
-                if isinstance(following, End):
+            for current in rounds_into(writer, begun, case.header_of):
+                if not writer.complete and not solve_missing(
+                    current.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)
+                ):
+                    code = EXIT_STOPPED
                     break
-                current = following
-                writer.begin_anew(case.header_of(current))
-            else:
-                code = EXIT_STOPPED
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:

@@ -23,7 +23,8 @@ from fretsolve.problem.setup.cost_estimate import require_memory
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.result import HistoryWriter
 from fretsolve.result.history import History
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.accuracy.rounds import first_round
+from fretsolve.simulation.accuracy.saved_rounds import rounds_into
 from fretsolve.simulation.run_to_file import solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
@@ -178,7 +179,7 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     """Solve a case as far as it has a solution, and compare with the values that it expects."""
     expectations: Sequence[Expectation] = ()
     loads: LoadPath | None = None
-    summaries = History()
+    histories = [History()]
     found_beside: dict[int, float] = {}
     failure, warnings = None, tuple[str, ...]()
     try:
@@ -188,19 +189,20 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
             raise case.source.problem(
                 "nothing to check; give a list such as [{quantity: delta_z, value: 9 um, rel: 1 %}]", ("expect",)
             )
-        setup = set_up(case)
+        first = first_round(case)
+        setup = first.setup
         require_memory(setup)
         expectations, loads = case.expect, setup.load_path
         warnings = tuple(case_warnings(setup))
-        if all(one.quantity in HISTORY_DIMENSIONS for one in expectations):
-            for _ in run(setup, history=summaries):
+        if case.solver.accuracy is None and all(one.quantity in HISTORY_DIMENSIONS for one in expectations):
+            for _ in run(setup, history=histories[-1]):
                 pass
         else:
-            found_beside = _run_to_file(text, overrides, summaries)
-        loads = loads.followed(summaries)
+            found_beside, loads = _run_to_file(text, overrides, histories)
+        loads = loads.followed(histories[-1])
     except FretsolveError as error:
         failure = error
-    comparisons = []
+    comparisons, summaries = [], histories[-1]
     stages = zip(loads.stages, loads.last_steps, strict=True) if loads is not None else ()
     ends = {stage.number: last for stage, last in stages}
     for index, expected in enumerate(expectations):
@@ -213,10 +215,13 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
     return CheckedCase(path, tuple(comparisons), failure, seconds, warnings)
 
 
-def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: History) -> dict[int, float]:
+def _run_to_file(
+    text: CaseText, overrides: Sequence[str], histories: list[History]
+) -> tuple[dict[int, float], LoadPath]:
     """Run a case into a folder that does not stay, with its side outputs; return what the history does not hold.
 
-    summaries: takes up the increments, also those before a failure. The values are by the place in `expect`.
+    histories: takes up a history per round, also of increments before a failure. The values are by the place in
+    `expect`; the load path is the last round's.
     """
     from fretsolve.sweep.case_run import write_side_outputs  # few cases expect what the history does not hold
     from fretsolve.sweep.outcome import read_outcome
@@ -227,22 +232,24 @@ def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: History) -
         prepared = BaseCase.of(text, overrides).prepare({}, Path(folder))
         case, stages = prepared.setup.case, len(prepared.setup.load_path.last_steps)
         with HistoryWriter.open(prepared.out, prepared.header, pause=2.0) as writer:
-            take = lambda summary, errors: summaries.append(summary)  # noqa: E731
-            solve_missing(prepared.setup, writer, StopRequest(), show=take)
+            for current in rounds_into(writer, prepared.first, prepared.header_of):
+                histories.append(History())
+                take = lambda summary, errors: histories[-1].append(summary)  # noqa: E731
+                solve_missing(current.setup, writer, StopRequest(), show=take)
             write_side_outputs(prepared, writer)
         wanted = {
             index: quantity_of(one, stages)
             for index, one in enumerate(case.expect)
             if one.quantity not in HISTORY_DIMENSIONS
         }
-        outcome = read_outcome(prepared.out, list(wanted.values()), prepared.setup.load_path)
+        outcome = read_outcome(prepared.out, list(wanted.values()), current.setup.load_path)
     for index, one in wanted.items():
         units = outcome.units[one.name]
         if one.name in CYCLE_DIMENSIONS and ("rad" in units or "N mm" in units):
             message = f"{one.name} of a loop of moment and rotation is in {units}, which cannot be compared"
             advice = "dissipated_energy, energy_ratio or sliding_ratio can"
             raise case.source.problem(f"{message}; {advice}", ("expect", index, "quantity"))
-    return dict(zip(wanted, map(float, outcome.values), strict=True))
+    return dict(zip(wanted, map(float, outcome.values), strict=True)), current.setup.load_path
 
 
 def _report(outcome: CheckedCase) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -17,8 +18,8 @@ from fretsolve.elastic.kernels import load, when_compiling
 from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.result import HistoryWriter
-from fretsolve.simulation.accuracy.rounds import End, Round, first_round
-from fretsolve.simulation.accuracy.saved_rounds import after, begun_round, header_of_round
+from fretsolve.simulation.accuracy.rounds import Round, first_round
+from fretsolve.simulation.accuracy.saved_rounds import begun_round, header_of_round, rounds_into, why_last
 from fretsolve.simulation.run_to_file import height_maps, solve_missing
 from fretsolve.system.files import require_ending, require_folder, require_other
 from fretsolve.system.signals import EXIT_STOPPED, StopRequest
@@ -50,12 +51,13 @@ def run_case(
         side.require_room(current.setup, out)
     kernels = load(current.setup.compiled)
     current = replace(current, setup=replace(current.setup, compiled=kernels.compiled))
-    header = header_of_round(threads, overrides, current)
+    header_of = partial(header_of_round, threads, overrides)
+    header = header_of(current)
     if side is not None:
         side.require_own_side_outputs(current.setup, out, header, resume=resume, overwrite=overwrite)
     # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=0.1) as writer:
-        while True:
+        for current in rounds_into(writer, current, header_of):  # noqa: B020 - the last one stays
             if quiet or log_json:
                 messages = (QuietMessages if quiet else JsonMessages)(current, out, threads, resume=resume)
             else:
@@ -65,15 +67,10 @@ def run_case(
             if not _is_solved(current, writer, messages, stop, threads):
                 messages.stopped(writer.increments)
                 return EXIT_STOPPED
-            following = after(current, out)
-            if isinstance(following, End):
-                break
-            writer.begin_anew(header_of_round(threads, overrides, following))
-            current = following
         if was_complete := writer.complete:
             messages.already_complete(writer.increments)
         else:
-            messages.end(following.reason)
+            messages.end(why_last(current, out))
         if side is not None:
             told = {"quiet": quiet or log_json, "overwrite": overwrite and not was_complete, "missing": was_complete}
             side.write_side_outputs(loaded, writer, threads, **told)

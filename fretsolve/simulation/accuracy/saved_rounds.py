@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 
 from fretsolve.errors import FileError
 from fretsolve.problem.setup.picked_settings import Picks
-from fretsolve.result import RunHeader, open_result
+from fretsolve.result import HistoryWriter, RunHeader, open_result
 from fretsolve.result.parts import parts_folder
 from fretsolve.result.reader import read_attributes, read_header
 from fretsolve.simulation.accuracy.rounds import End, Record, Round, next_round, seconds_of
@@ -60,6 +60,21 @@ def in_provenance(rounds: Round) -> dict[str, Any]:
     }
 
 
+def rounds_into(writer: HistoryWriter, first: Round, header_of: Callable[[Round], RunHeader]) -> Iterator[Round]:
+    """Yield one round after the other, each to be solved into the result of `writer` before the next one is asked for.
+
+    header_of: returns the header of a round's result. Raises FileError.
+    """
+    current = first
+    while True:
+        yield current
+        following = after(current, writer.out)
+        if isinstance(following, End):
+            return
+        current = following
+        writer.begin_anew(header_of(current))
+
+
 def after(done: Round, out: Path) -> Round | End:
     """Return the round that follows the round whose result is `out`, or why there is none."""
     if done.asked.solver.accuracy is None:
@@ -71,3 +86,9 @@ def after(done: Round, out: Path) -> Round | End:
 def header_of_round(threads: int, overrides: Sequence[str], current: Round) -> RunHeader:
     """Return the header of the result of a round, see `run_header`."""
     return run_header(current.setup, threads, overrides, in_provenance(current))
+
+
+def why_last(done: Round, out: Path) -> str:
+    """Return why no round follows the round whose result is `out`; empty if the accuracy is met, or without one."""
+    following = after(done, out)
+    return following.reason if isinstance(following, End) else ""

@@ -88,7 +88,12 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
     if len(loop.force) <= len(parameters) + 4:  # offset and drift, and two to tell their noise
         raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
     ways, coarse_ways = ((loop.way(0, n), loop.way(1, n)) for n in (FINE_INCREMENTS, COARSE_INCREMENTS))
-    fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, None)
+    picked = None
+    if case.grid.points is None:  # the rounds of an accuracy pick them, once for all values of the parameters
+        from fretsolve.simulation.accuracy.in_memory import solved
+
+        picked = solved(case)[0].setup.grid.nx
+    fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, picked)
     setup = set_up(fine.case([one.start for one in parameters]))
     fine = replace(fine, compiled=compiling_pays(USUAL_LOOPS * setup.seconds_saved))
     # a row of cells is solved as fast as a coarse one
