@@ -226,6 +226,7 @@ def _run_to_file(text: CaseText, overrides: Sequence[str], summaries: History) -
     with TemporaryDirectory(prefix="fretsolve-") as folder:
         prepared = BaseCase.of(text, overrides).prepare({}, Path(folder))
         case, stages = prepared.setup.case, len(prepared.setup.load_path.last_steps)
+        # now and then, so that the states of a long run are not all in memory
         with HistoryWriter.open(prepared.out, prepared.header, pause=2.0) as writer:
             take = lambda summary, errors: summaries.append(summary)  # noqa: E731
             solve_missing(prepared.setup, writer, StopRequest(), show=take)

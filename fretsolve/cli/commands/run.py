@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
@@ -21,7 +22,7 @@ from fretsolve.result import HistoryWriter
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import height_maps, run_header, solve_missing
 from fretsolve.system.files import require_ending, require_folder, require_other
-from fretsolve.system.signals import EXIT_STOPPED, StopRequest
+from fretsolve.system.signals import EXIT_STOPPED, Stopped, StopRequest
 
 RESULT_ENDINGS = (".h5", ".hdf5")
 
@@ -61,9 +62,7 @@ def run_case(
             messages = TextMessages(setup, out, threads, resume=resume, verbose=verbose)
         if writer.complete:
             messages.already_complete(writer.increments)
-            if side is not None:
-                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=False, missing=True)
-            return 0
+            return _beside(side, stop, loaded, writer, threads, quiet=quiet or log_json, overwrite=False, missing=True)
         messages.start(writer)
         if kernels.why_not:
             messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
@@ -78,9 +77,7 @@ def run_case(
             raise
         if complete:
             messages.end()
-            if side is not None:
-                side.write_side_outputs(loaded, writer, threads, quiet=quiet or log_json, overwrite=overwrite)
-            return 0
+            return _beside(side, stop, loaded, writer, threads, quiet=quiet or log_json, overwrite=overwrite)
     messages.stopped(writer.increments)
     return EXIT_STOPPED
 
@@ -99,6 +96,17 @@ def _checked_setup(loaded: Case, case: Path, out: Path, *, resume: bool) -> Prob
     if not resume and (problem := disk_problem(setup, out, certain=True)) is not None:
         raise problem
     return setup
+
+
+def _beside(side: ModuleType | None, stop: StopRequest, *order: Any, **options: bool) -> int:
+    """Write the side outputs, if there are any, unless a signal has come or comes meanwhile; return the exit code."""
+    if side is not None:
+        try:
+            with stop.at_once():
+                side.write_side_outputs(*order, **options)
+        except Stopped:
+            return EXIT_STOPPED
+    return 0
 
 
 def _side_outputs(case: Case) -> ModuleType | None:
