@@ -190,7 +190,7 @@ def history_case(stages: int, *, line: bool) -> str:
     kind: dict[str, object] = {"plane": "", "surface": "{sphere: {radius: 10 mm}}", "points": 16, "unit": "N"}
     if line:
         kind = {"plane": "plane: strain", "surface": "{cylinder: {radius: 10 mm}}", "points": 32, "unit": "N/mm"}
-    return HISTORY.format(**kind, cycles=stages // 4, every=1 if line else max(1, stages // 100))
+    return HISTORY.format(**kind, cycles=(stages - 1) // 4, every=1 if line else max(1, stages // 100))
 
 
 def print_histories(counts: list[int]) -> None:

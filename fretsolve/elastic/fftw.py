@@ -16,6 +16,7 @@ import zlib
 from functools import cache
 from itertools import count
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -97,6 +98,8 @@ def even_parts(lines: int, bytes_per_line: int) -> list[slice]:
     return [slice(start, min(start + share, lines)) for start in range(0, lines, share)]
 
 
+_planning = Lock()
+
 _known: dict[str, bytes | None] = {}
 """Wisdom of the measured plans of this process by their names, for where the cache cannot be read or written."""
 
@@ -104,12 +107,14 @@ _known: dict[str, bytes | None] = {}
 def plan(*arrays: NDArray[Any], flags: tuple[str, ...], **options: Any) -> pyfftw.FFTW:
     """Make a plan of FFTW, which depends on nothing that this process has planned before.
 
+    FFTW forgets the wisdom of the whole process for that. Plans of other threads wait, since FFTW's wisdom is one.
     A measured plan comes from its file in the cache. Where there is none, or a damaged one, that is written, so that a
     resumed run transforms by the same plans. Of two processes that measure a plan at once both take that of the first.
     """
-    pyfftw.forget_wisdom()
     options["flags"] = flags
-    return _measured_plan(arrays, options) if "FFTW_MEASURE" in flags else pyfftw.FFTW(*arrays, **options)
+    with _planning:
+        pyfftw.forget_wisdom()
+        return _measured_plan(arrays, options) if "FFTW_MEASURE" in flags else pyfftw.FFTW(*arrays, **options)
 
 
 def _measured_plan(arrays: tuple[NDArray[Any], ...], options: dict[str, Any]) -> pyfftw.FFTW:
@@ -166,14 +171,14 @@ def cache_folder() -> Path:
 
 
 def _read(name: str) -> bytes | None:
-    """Return the wisdom in a file of the cache; None if there is none, and nothing if it is damaged."""
+    """Return the wisdom in a file of the cache; None if none can be read now, and nothing if it is damaged."""
     try:
         # gzip's format has a checksum; a plan takes some 300 bytes
         return zlib.decompress(read_bytes(cache_folder() / name, 2**16), wbits=GZIP)
-    except FileNotFoundError:
-        return None
-    except (OSError, FileError, zlib.error):
+    except (FileError, PermissionError, zlib.error):
         return b""
+    except OSError:  # a file that only this time cannot be read stays
+        return None
 
 
 def _remove(name: str) -> None:

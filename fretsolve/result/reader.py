@@ -113,13 +113,9 @@ class Result(AbstractContextManager["Result"]):
         from fretsolve.result.cycles.table import cycle_table  # takes 3 ms to load
 
         def slip(step: int) -> NDArray[Any] | None:
-            return self.field("slip", step) if "slip_x" in self.fields and step in self._stored else None
+            return self.field("slip", step) if "slip_x" in self.fields and step in self.steps else None
 
         return cycle_table(self.history, self.effective_case, slip, ended=self.status == "complete")
-
-    @cached_property
-    def _stored(self) -> frozenset[int]:
-        return frozenset(self.steps)
 
     def cycle_columns(self) -> Mapping[str, NDArray[Any]] | None:
         """Return the columns of the table of cycles, None without any."""
@@ -160,7 +156,7 @@ class Result(AbstractContextManager["Result"]):
         if name not in self.fields:
             raise KeyError(f"no field {name!r} in the result, which has {', '.join(self.fields) or 'none'}")
         wanted = self.steps[-1] if step == -1 and self.steps else step
-        if wanted not in self._stored:
+        if wanted not in self.steps:
             few = self.steps if len(self.steps) < 10 else (*self.steps[:2], "...", self.steps[-1])
             stored = ", ".join(map(str, few)) or "none"
             raise KeyError(f"no fields of increment {step} in the result, which has those of {stored}")

@@ -6,11 +6,10 @@ import functools
 import hashlib
 import json
 import platform
-import runpy
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import nullcontext
-from importlib.util import find_spec
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -150,16 +149,10 @@ def run_header(
 
 @functools.cache
 def _environment() -> dict[str, str]:
+    # Metadata takes milliseconds to search, so only for SciPy, which few runs load.
     loaded = {"numpy": np, "pyfftw": pyfftw, "h5py": h5py}
-    versions = {"scipy": _scipy_version(), **{name: library.__version__ for name, library in loaded.items()}}
+    versions = {"scipy": version("scipy"), **{name: library.__version__ for name, library in loaded.items()}}
     return {"platform": platform.platform(), "python": platform.python_version(), **versions}
-
-
-def _scipy_version() -> str:
-    """Return the version of SciPy, which few runs load; to search its metadata takes milliseconds."""
-    spec = find_spec("scipy")
-    assert spec is not None, "it is a dependency"
-    return str(runpy.run_path(str(Path(str(spec.origin)).with_name("version.py")))["version"])
 
 
 def height_maps(case: Case) -> list[Path]:

@@ -41,8 +41,8 @@ def run(
 ) -> Iterator[State]:
     """Solve `case` and yield a `State` per increment, each certified.
 
-    start, history: the last state and the summaries of all increments so far, to go on from; a `History` takes up the
-    new ones, too. threads: number of threads that share the transforms, on which no bit of a state depends.
+    start, history: the last state and the summaries of all increments so far, to go on from; threads: number of threads
+    that share the transforms, on which no bit of a state depends.
     Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
     """
     if not isinstance(case, Case | ProblemSetup):

@@ -54,7 +54,7 @@ def solve(
         case.out, header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
     ) as writer:
         try:
-            for current in rounds_into(writer, begun, case.header_of):
+            for current in rounds_into(writer, begun, case.header_of, stop):
                 if not writer.complete and not solve_missing(
                     current.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)
                 ):

@@ -8,7 +8,8 @@ from __future__ import annotations
 import os
 import signal
 import time
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from types import FrameType
 from typing import Any
 
@@ -25,9 +26,15 @@ goes on. A stop at once loses only the increment under way."""
 SAME_SIGNAL = 0.05
 """Seconds within which signals count as one: `timeout` signals its child and then its whole process group."""
 
-NOTICE = "stopping after this increment; a second signal stops at once"
+CLOSED_NOTICE = "stopping after this increment"
+NOTICE = f"{CLOSED_NOTICE}; a second signal stops at once"
 AT_ONCE_NOTICE = "stopped at once; what was saved before stays, and the run can be resumed"
 IDLE_NOTICE = "ended before anything was run"
+BESIDE_NOTICE = "stopped; the result is whole, and --resume writes what else the case asks for"
+
+
+class Stopped(BaseException):
+    """A signal has come in a block that `StopRequest.at_once` ends."""
 
 
 def end_by(number: signal.Signals) -> None:
@@ -74,6 +81,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
         self._notice, self._at_once = notice, at_once
         self.idle = idle
         self._first: float | None = None
+        self._raises = False
         self._previous: dict[signal.Signals, Any] = {}
 
     @property
@@ -90,8 +98,23 @@ class StopRequest(AbstractContextManager["StopRequest"]):
         for number, handler in self._previous.items():
             signal.signal(number, signal.SIG_IGN if self.requested else handler)
 
+    @contextmanager
+    def at_once(self) -> Iterator[None]:
+        """Raise `Stopped` in the block when a signal comes, or if one has come before: what it has begun is removed."""
+        if self.requested:
+            raise Stopped
+        self._raises = True
+        try:
+            yield
+        finally:
+            self._raises = False
+
     def _handle(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
+        if self._raises:
+            self._first, self._raises = now, False
+            _announce(number, BESIDE_NOTICE)
+            raise Stopped
         if self.idle:
             _announce(number, IDLE_NOTICE)
             if number == signal.SIGINT:
@@ -99,7 +122,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
             os._exit(EXIT_STOPPED)
         if self._first is None:
             self._first = now
-            _announce(number, self._notice)
+            _announce(number, CLOSED_NOTICE if number == signal.SIGHUP and self._notice == NOTICE else self._notice)
         elif now - self._first > SAME_SIGNAL and number != signal.SIGHUP:  # a terminal sends it, and its shell again
             _announce(number, self._notice and self._at_once)
             os._exit(EXIT_STOPPED)  # nothing to save: committed increments stay, and HDF5 has no file open

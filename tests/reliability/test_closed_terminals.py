@@ -82,7 +82,7 @@ def test_a_closed_terminal_stops_a_sweep_and_its_processes(tmp_path: Path) -> No
     processes = workers(folder)
     assert terminal.close() == 75
     assert not any(Path(f"/proc/{process}").exists() for process in processes)
-    assert not list((folder / "results").glob("*.txt")), "no case counts as ended"
+    assert not list((folder / "results").glob("*.note")), "no case counts as ended"
     assert len(list((folder / "results").glob("*.h5"))) < len(rows_of(folder))
 
 

@@ -231,8 +231,9 @@ def _run_to_file(
     with TemporaryDirectory(prefix="fretsolve-") as folder:
         prepared = BaseCase.of(text, overrides).prepare({}, Path(folder))
         case, stages = prepared.setup.case, len(prepared.setup.load_path.last_steps)
+        # now and then, so that the states of a long run are not all in memory
         with HistoryWriter.open(prepared.out, prepared.header, pause=2.0) as writer:
-            for current in rounds_into(writer, prepared.first, prepared.header_of):
+            for current in rounds_into(writer, prepared.first, prepared.header_of, StopRequest()):
                 histories.append(History())
                 take = lambda summary, errors: histories[-1].append(summary)  # noqa: E731
                 solve_missing(current.setup, writer, StopRequest(), show=take)

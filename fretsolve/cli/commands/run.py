@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from fretsolve.case.loading import read_case
 from fretsolve.case.models import Case
@@ -19,10 +20,10 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.result import HistoryWriter
 from fretsolve.simulation.accuracy.rounds import Round, first_round
-from fretsolve.simulation.accuracy.saved_rounds import begun_round, header_of_round, rounds_into, why_last
+from fretsolve.simulation.accuracy.saved_rounds import after, begun_round, header_of_round, rounds_into
 from fretsolve.simulation.run_to_file import height_maps, solve_missing
 from fretsolve.system.files import require_ending, require_folder, require_other
-from fretsolve.system.signals import EXIT_STOPPED, StopRequest
+from fretsolve.system.signals import EXIT_STOPPED, Stopped, StopRequest
 
 RESULT_ENDINGS = (".h5", ".hdf5")
 
@@ -57,7 +58,7 @@ def run_case(
         side.require_own_side_outputs(current.setup, out, header, resume=resume, overwrite=overwrite)
     # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
     with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=0.1) as writer:
-        for current in rounds_into(writer, current, header_of):  # noqa: B020 - the last one stays
+        for current in rounds_into(writer, current, header_of, stop):  # noqa: B020 - the last one stays
             if quiet or log_json:
                 messages = (QuietMessages if quiet else JsonMessages)(current, out, threads, resume=resume)
             else:
@@ -69,12 +70,13 @@ def run_case(
                 return EXIT_STOPPED
         if was_complete := writer.complete:
             messages.already_complete(writer.increments)
+        elif isinstance(following := after(current, out), Round):  # a signal came between two rounds
+            messages.stopped(writer.increments)
+            return EXIT_STOPPED
         else:
-            messages.end(why_last(current, out))
-        if side is not None:
-            told = {"quiet": quiet or log_json, "overwrite": overwrite and not was_complete, "missing": was_complete}
-            side.write_side_outputs(loaded, writer, threads, **told)
-    return 0
+            messages.end(following.reason)
+        told = {"quiet": quiet or log_json, "overwrite": overwrite and not was_complete, "missing": was_complete}
+        return _beside(side, stop, loaded, writer, threads, **told)
 
 
 def _is_solved(current: Round, writer: HistoryWriter, messages: QuietMessages, stop: StopRequest, threads: int) -> bool:
@@ -108,6 +110,17 @@ def _checked_round(loaded: Case, case: Path, out: Path, *, resume: bool) -> Roun
     if not resume and (problem := disk_problem(current.setup, out, certain=True)) is not None:
         raise problem
     return current
+
+
+def _beside(side: ModuleType | None, stop: StopRequest, *order: Any, **options: bool) -> int:
+    """Write the side outputs, if there are any, unless a signal has come or comes meanwhile; return the exit code."""
+    if side is not None:
+        try:
+            with stop.at_once():
+                side.write_side_outputs(*order, **options)
+        except Stopped:
+            return EXIT_STOPPED
+    return 0
 
 
 def _side_outputs(case: Case) -> ModuleType | None:

@@ -7,7 +7,7 @@ in `fretsolve.reference`; line contacts are in `line_forms`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING
@@ -310,14 +310,17 @@ class ClosedForms:
         flags = (["Mz" in load for load in self.loads], list(map(is_tilted, self.loads)))
         return np.pad(np.array([pressed, *forces, *flags], np.float64), ((0, 0), (1, 0)))
 
-    def values(self) -> Iterator[ClosedForm]:
+    def values(self, wanted: Collection[int] | None = None) -> Iterator[ClosedForm]:
         """Yield the exact values at the ends of the stages that P alone presses, upright, as the model has them.
 
-        Cattaneo and Mindlin neglect that shear along x moves the surfaces along y, Lubkin does not.
+        wanted: stages (from 0), None for all; each takes as long as the path before it. Cattaneo and Mindlin neglect
+        that shear along x moves the surfaces along y, Lubkin does not.
         """
         if self.model.terms.normal_tangential_coupling or self.case.wear is not None:
             return  # wear changes the shape of the surfaces
         for stage, (load, hertz) in enumerate(zip(self.loads, self.hertz, strict=True)):
+            if wanted is not None and stage not in wanted:
+                continue
             if hertz is None or "P" not in load or not load.get("phi_x") == load.get("phi_y") == 0.0:
                 continue
             a = hertz.contact_radius

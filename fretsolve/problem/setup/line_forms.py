@@ -6,7 +6,7 @@ The formulas are in `fretsolve.reference.hertz` and `fretsolve.reference.line_sl
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 
@@ -171,12 +171,12 @@ class LineClosedForms(ClosedForms):
         found = LinePartialSlip(contact, self.model.friction, force, self.model.compliances.A, strain)
         return found if not found.reverses and found.is_reached_in_proportion else None
 
-    def values(self) -> Iterator[ClosedForm]:
-        """Yield the exact values at the ends of the stages."""
+    def values(self, wanted: Collection[int] | None = None) -> Iterator[ClosedForm]:
+        """Yield the exact values at the ends of the stages; wanted: as for `ClosedForms`."""
         if self.model.terms.normal_tangential_coupling or self.case.wear is not None:
             return  # wear changes the shape of the surfaces
         for stage, contact in enumerate(self.contacts):
-            if contact is None:
+            if contact is None or (wanted is not None and stage not in wanted):
                 continue
             a = contact.half_width
             found = {"max_pressure": contact.max_pressure, "contact_radius": a, "contact_area": 2.0 * a}

@@ -16,7 +16,7 @@ from fretsolve.result.parts import parts_folder
 from fretsolve.result.reader import read_attributes, read_header
 from fretsolve.simulation.accuracy.rounds import End, Record, Round, next_round, seconds_of
 from fretsolve.simulation.problem_setup import set_up
-from fretsolve.simulation.run_to_file import run_header
+from fretsolve.simulation.run_to_file import Stop, run_header
 
 ROUNDS, PICKED_KEYS = "rounds", "picked_keys"
 """Names of the rounds that are done, and of the keys of the case that the rounds pick, in a result's provenance."""
@@ -60,16 +60,18 @@ def in_provenance(rounds: Round) -> dict[str, Any]:
     }
 
 
-def rounds_into(writer: HistoryWriter, first: Round, header_of: Callable[[Round], RunHeader]) -> Iterator[Round]:
+def rounds_into(
+    writer: HistoryWriter, first: Round, header_of: Callable[[Round], RunHeader], stop: Stop
+) -> Iterator[Round]:
     """Yield one round after the other, each to be solved into the result of `writer` before the next one is asked for.
 
-    header_of: returns the header of a round's result. Raises FileError.
+    header_of: returns the header of a round's result; stop: after which no round begins. Raises FileError.
     """
     current = first
     while True:
         yield current
         following = after(current, writer.out)
-        if isinstance(following, End):
+        if isinstance(following, End) or stop.requested:
             return
         current = following
         writer.begin_anew(header_of(current))
@@ -86,9 +88,3 @@ def after(done: Round, out: Path) -> Round | End:
 def header_of_round(threads: int, overrides: Sequence[str], current: Round) -> RunHeader:
     """Return the header of the result of a round, see `run_header`."""
     return run_header(current.setup, threads, overrides, in_provenance(current))
-
-
-def why_last(done: Round, out: Path) -> str:
-    """Return why no round follows the round whose result is `out`; empty if the accuracy is met, or without one."""
-    following = after(done, out)
-    return following.reason if isinstance(following, End) else ""

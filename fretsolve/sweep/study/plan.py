@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -189,8 +190,9 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
             raise CaseError(f"what --quantity names is known from such runs alone; {key} is needed", (), case)
     costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
     setup = costliest.setup
-    known = known_values(kind, setup)
     stages = min((one.setup.load_path.stages for one in cases), key=len)
+    named = [int(number) for number in re.findall(r"@\s*(\d+)", " ".join(quantities))]
+    known = known_values(kind, setup, {*last_repetitions(stages).values(), *named})
     compared, unknown = compared_quantities(quantities, stages, setup, kind, known)
     if not compared:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)
@@ -262,16 +264,18 @@ def finest(cases: Sequence[PreparedCase]) -> PreparedCase:
     return max(reversed(cases), key=rank)
 
 
-def known_values(kind: ReferenceKind, setup: ProblemSetup) -> Mapping[StageQuantity, float] | None:
+def known_values(
+    kind: ReferenceKind, setup: ProblemSetup, stages: Collection[int]
+) -> Mapping[StageQuantity, float] | None:
     """Return what is known of the finest run before it is made; None if that run itself is the reference.
 
-    Raises CaseError if nothing is known.
+    stages: those that may be compared (from 1), of closed forms. Raises CaseError if nothing is known.
     """
     if kind == "finest":
         return None
     if kind == "closed-form":
         on_rig = () if setup.on_rig is None else setup.on_rig.values()
-        forms = (*setup.closed_forms.values(), *on_rig)
+        forms = (*setup.closed_forms.values({stage - 1 for stage in stages}), *on_rig)
         known = {StageQuantity(form.quantity, form.stage + 1): form.value for form in forms}
         if not known:
             raise CaseError(

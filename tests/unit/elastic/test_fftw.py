@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import errno
 import os
+import subprocess
+import sys
 import zlib
 from pathlib import Path
 from typing import Any
@@ -12,6 +15,7 @@ from solving import build
 from fretsolve import run
 from fretsolve.elastic import convolution, fftw
 from fretsolve.elastic.fftw import CacheBlock, cache_folder, plan, pyfftw
+from fretsolve.system.files import read_bytes
 
 LINES = (2, 6)
 
@@ -237,3 +241,40 @@ def test_a_resumed_run_transforms_by_the_same_plans(
     for one, other in zip(states[1:], again, strict=True):
         assert one.fields.pressure.tobytes() == other.fields.pressure.tobytes()
         assert one.fields.shear.tobytes() == other.fields.shear.tobytes()
+
+
+def test_threads_may_plan_at_once() -> None:
+    """FFTW's wisdom is one for all threads, and its planner is not made for several."""
+    code = """\
+from concurrent.futures import ThreadPoolExecutor
+import numpy as np
+from fretsolve.elastic.fftw import CacheBlock
+def transformed(size):
+    block = CacheBlock((3, size), np.dtype(complex))
+    block.source[:] = np.arange(3 * size).reshape(3, size)
+    expected = np.fft.fft(block.source, axis=1)
+    block.forward()
+    return bool(np.allclose(block.target, expected))
+with ThreadPoolExecutor(4) as threads:
+    print(all(threads.map(transformed, [*range(20, 60)] * 6)))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "True\n"), done.stderr
+
+
+@pytest.mark.parametrize("number", [errno.EMFILE, errno.EIO, errno.ESTALE])
+def test_a_plan_that_cannot_be_read_this_time_stays(
+    number: int, process: Process, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A resumed run must transform by the plan that the run began with, so the second try at its file counts."""
+    process.measures()
+    before = the_file(cache).stat()
+
+    def fails_once(path: Path, most: int) -> bytes:
+        monkeypatch.setattr(fftw, "read_bytes", read_bytes)
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(fftw, "read_bytes", fails_once)
+    process.measures()
+    assert the_file(cache).stat().st_ino == before.st_ino
+    assert process.measures() == 0

@@ -14,7 +14,7 @@ import pytest
 
 import fretsolve
 from fretsolve.system import signals as interrupt
-from fretsolve.system.signals import SIGNALS, StopRequest
+from fretsolve.system.signals import SIGNALS, Stopped, StopRequest
 
 
 @pytest.fixture(autouse=True)
@@ -32,7 +32,26 @@ def test_first_signal_is_noted_and_announced_once(number: signal.Signals, capfd:
         assert not stop.requested
         signal.raise_signal(number)
         assert stop.requested
-    assert capfd.readouterr().err == f"fretsolve: {number.name}: {interrupt.NOTICE}\n"
+    notice = interrupt.CLOSED_NOTICE if number == signal.SIGHUP else interrupt.NOTICE
+    assert capfd.readouterr().err == f"fretsolve: {number.name}: {notice}\n"
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_ends_what_can_be_made_again_at_once(number: signal.Signals, capfd: pytest.CaptureFixture) -> None:
+    done = []
+    with StopRequest() as stop, pytest.raises(Stopped), stop.at_once():
+        done.append("begun")
+        signal.raise_signal(number)
+        done.append("not reached")
+    assert done == ["begun"]
+    assert capfd.readouterr().err == f"fretsolve: {number.name}: {interrupt.BESIDE_NOTICE}\n"
+
+
+def test_what_can_be_made_again_is_not_begun_after_a_signal() -> None:
+    with StopRequest(notice="") as stop:
+        signal.raise_signal(signal.SIGTERM)
+        with pytest.raises(Stopped), stop.at_once():
+            raise AssertionError("it is not begun")
 
 
 def test_without_a_signal_the_handlers_are_restored() -> None:
