@@ -8,13 +8,24 @@ import numpy as np
 import pytest
 
 from fretsolve.result.state import ERROR_SUFFIX
-from fretsolve.result.verdict import JUDGED_QUANTITIES, verdict, why_no_bars
+from fretsolve.result.verdict import SCALED, Verdict, verdict_of, why_no_bars
+
+MEASURED = tuple(name for name in SCALED if not name.startswith(("actuator", "spring", "wear")))
+
+
+def verdict(
+    accuracy: dict[str, object], columns: dict[str, np.ndarray], points: tuple[int, ...] = ()
+) -> Verdict | None:
+    """Judge columns of a history. accuracy: of the case, a target alone or with the quantities `of`."""
+    target = accuracy.get("accuracy")
+    asked = {} if target is None else {"accuracy": {"target": target, "of": accuracy.get("of", ())}}
+    return verdict_of({"solver": asked, "grid": {"points": list(points)}}, columns, lambda: None)
 
 
 def history(**changes: object) -> dict[str, np.ndarray]:
     """Of two stages with two increments each; all values 2, all bars 0.01, but those of `changes`."""
-    columns = {name: np.full(4, 2.0) for name in JUDGED_QUANTITIES}
-    columns |= {name + ERROR_SUFFIX: np.full(4, 0.01) for name in JUDGED_QUANTITIES}
+    columns = {name: np.full(4, 2.0) for name in MEASURED}
+    columns |= {name + ERROR_SUFFIX: np.full(4, 0.01) for name in MEASURED}
     columns["stage"] = np.array([1, 1, 2, 2])
     return columns | {name: np.asarray(values, float) for name, values in changes.items()}
 
@@ -22,14 +33,15 @@ def history(**changes: object) -> dict[str, np.ndarray]:
 def test_verdict_is_of_the_worst_bar_at_the_ends_of_stages() -> None:
     bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
     found = verdict({"accuracy": 0.01}, bars)
-    assert (found.quantity, found.stage, found.worst, found.met) == ("delta_x", 2, 0.025, False)
+    assert (found.quantity, found.place, found.worst, found.met) == ("delta_x", "at the end of stage 2", 0.025, False)
     assert str(found).endswith("delta_x at the end of stage 2 is known to 2.5 % of the largest tangential displacement")
     assert verdict({"accuracy": 0.05}, bars).met
 
 
 def test_unbounded_bars_do_not_count_and_are_named() -> None:
     bars = history(max_pressure_error=[0.1, 0.1, math.inf, math.inf])
-    met, missed = (verdict({"accuracy": accuracy}, bars) for accuracy in (0.05, 0.001))
+    asked = {"of": ("delta_z", "max_pressure")}
+    met, missed = (verdict({"accuracy": accuracy, **asked}, bars) for accuracy in (0.05, 0.001))
     assert met.met
     assert str(met).endswith("; max_pressure is unbounded and does not count")
     assert not missed.met
@@ -91,7 +103,7 @@ def test_displacements_that_are_not_known_are_not_judged() -> None:
 def test_verdict_without_bars() -> None:
     unknown = verdict({"accuracy": 0.01}, history(work_total_error=[0.0, 0.0, math.nan, math.nan]))
     assert not unknown.met
-    assert str(unknown) == "accuracy 1 % is not proved: there are no error bars from stage 2 on"
+    assert str(unknown) == "accuracy 1 % is not proved: there is no error bar of work_total at the end of stage 2"
     columns = {name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}
     assert verdict({"accuracy": 0.01}, columns) is None
     assert verdict({}, history()) is None
@@ -105,3 +117,20 @@ def test_it_is_told_from_where_on_there_are_no_bars() -> None:
     assert "\n" not in told
     assert why_no_bars(history()) == ""
     assert why_no_bars({name: values for name, values in history().items() if not name.endswith(ERROR_SUFFIX)}) == ""
+
+
+def test_by_default_zones_and_the_largest_pressure_are_not_judged() -> None:
+    wide = {f"{name}_error": np.full(4, 1.0) for name in ("stick_radius", "max_pressure", "stick_half_width_x")}
+    assert verdict({"accuracy": 0.01}, history(**wide)).met
+    for name in ("stick_radius", "max_pressure", "stick_half_width_x"):
+        found = verdict({"accuracy": 0.01, "of": ("Qx", name)}, history(**wide))
+        assert (found.quantity, found.worst, found.met) == (name, 0.5, False)
+
+
+def test_quantities_of_cycles_are_judged_in_their_cycles() -> None:
+    columns = {"cycle": np.array([1, 2, 3]), "energy_ratio": np.array([0.4, 0.5, 0.5])}
+    columns["energy_ratio_error"] = np.array([0.002, 0.01, 0.004])
+    case = {"solver": {"accuracy": {"target": 0.01, "of": ["energy_ratio"]}}}
+    found = verdict_of(case, history(), lambda: columns)
+    assert (found.quantity, found.place, found.met) == ("energy_ratio", "in cycle 2", False)
+    assert found.worst == pytest.approx(0.02)

@@ -6,14 +6,15 @@ import pytest
 from pydantic import ValidationError
 from small_cases import CASE, case_error, write_case
 
+from fretsolve.case.keys.accuracy_spec import LEVELS
 from fretsolve.case.keys.output_spec import StressSpec
-from fretsolve.case.keys.settings_spec import LEVELS, SINGLE_TOLERANCE, SolverSpec
+from fretsolve.case.keys.settings_spec import SINGLE_TOLERANCE, SolverSpec
 from fretsolve.case.loading import load_case
 
 
 @pytest.mark.parametrize("name", LEVELS)
 def test_a_name_stands_for_an_accuracy(name):
-    assert SolverSpec.model_validate({"accuracy": name}).accuracy == LEVELS[name]
+    assert SolverSpec.model_validate({"accuracy": name}).accuracy.target == LEVELS[name]
 
 
 @pytest.mark.parametrize("value", ["50 %", "0.001 %", 30, 0.0, -1])

@@ -1,0 +1,154 @@
+"""The rounds of an accuracy: what is picked for the next one, where they end, and that a result goes on with them."""
+
+from __future__ import annotations
+
+import json
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import invoke, refused
+from small_cases import write_case
+from solving import DISSIMILAR, build
+
+import fretsolve
+from fretsolve.result import open_result
+from fretsolve.result.verdict import Judged
+from fretsolve.simulation.accuracy.in_memory import solved
+from fretsolve.simulation.accuracy.rounds import MOST_FINER, End, _factors, first_round, next_round
+from fretsolve.simulation.problem_setup import set_up
+
+SHEARED = [{"P": 400.0}, {"Qx": 36.0}]
+
+CASE = """\
+bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]
+surface: {sphere: {radius: 10 mm}}
+friction: 0.1
+load_path: [{P: 400 N}, {Qx: 20 N}]
+solver: {accuracy: {target: 3 %}}
+output: {fields: [pressure]}
+"""
+
+
+def bars(*relative: tuple[float, float]) -> list[Judged]:
+    """Quantities at the end of two stages, each with its bar and the part of it that increments explain."""
+    ends = np.array([0, 1])
+    return [
+        Judged("delta_x", "delta_x_corrected", 1.0, np.full(2, bar), np.full(2, part), ends + 1, ends)
+        for bar, part in relative
+    ]
+
+
+def path_dependent() -> Any:
+    return set_up(build(bodies=DISSIMILAR, load_path=SHEARED, solver={"accuracy": 0.01}))
+
+
+def test_cells_are_refined_by_the_power_of_their_errors() -> None:
+    setup = path_dependent()
+    cells, increments = _factors(setup, bars((0.01, 0.0)), 0.005)
+    assert cells == pytest.approx(2.0 ** (1.0 / 1.4), rel=0.08)  # of the factors that are tried the next larger one
+    assert cells >= 2.0 ** (1.0 / 1.4)
+    assert increments == 1.0
+
+
+def test_increments_are_refined_by_first_order() -> None:
+    setup = path_dependent()
+    few = 1.0 + 1.0 / min(setup.load_path.counts)
+    cells, increments = _factors(setup, bars((0.012, 0.012 / few)), 0.01)
+    assert cells == 1.0
+    assert 1.2 <= increments <= 1.2 * 1.08
+
+
+def test_where_both_count_the_cheaper_way_is_taken() -> None:
+    """Increments cost less than cells, so they are refined further than cells alone would ask for."""
+    setup = path_dependent()
+    few = 1.0 + 1.0 / min(setup.load_path.counts)
+    cells, increments = _factors(setup, bars((0.010, 0.006 / few)), 0.008)
+    left = math.hypot(0.008 * cells**-1.4, 0.006 / increments)
+    assert left <= 0.008
+    assert increments > cells > 1.0
+
+
+def test_no_round_is_more_than_twice_as_fine() -> None:
+    assert _factors(path_dependent(), bars((9.0, 1.0)), 1e-4) == (MOST_FINER, MOST_FINER)
+
+
+def test_a_sphere_is_known_as_well_as_asked_for() -> None:
+    """Against Hertz and Mindlin; each bar holds."""
+    case = build(load_path=SHEARED, friction=0.1, solver={"accuracy": 0.005}, grid={})
+    last, states, end = solved(case)
+    assert end.verdict is not None and end.verdict.met
+    assert end.verdict.worst <= 0.005
+    hertz, mindlin = last.setup.closed_forms.hertz[1], last.setup.closed_forms.tangential(1)
+    assert states[-1].summary.delta_z == pytest.approx(hertz.delta_z, rel=0.005)
+    assert states[-1].summary.contact_radius == pytest.approx(hertz.contact_radius, rel=0.005)
+    assert states[-1].summary.work_total == pytest.approx(mindlin.dissipated_energy(), rel=0.03)  # uncoupled form
+    sizes = [one.points[0] for one in last.before] + [last.setup.grid.nx]
+    assert all(low < high <= 2 * low for low, high in pairwise(sizes))
+    assert list(fretsolve.run(case))[-1].summary.P == states[-1].summary.P
+
+
+def test_given_points_are_kept() -> None:
+    case = build(load_path=SHEARED, solver={"accuracy": 1e-4}, grid={"points": 24})
+    last, _, end = solved(case)
+    assert last.before == ()
+    assert end.reason == "the case gives its points and increments, which are kept"
+
+
+@pytest.mark.parametrize(
+    ("at_most", "says"),
+    [({"cells": 1000}, "at_most.cells is 1000"), ({"time": "1 ms"}, "0 s of at_most.time are left")],
+)
+def test_limits_end_the_rounds_with_the_cost_of_the_next_one(at_most: dict[str, Any], says: str) -> None:
+    accuracy = {"target": 1e-3, "at_most": at_most}
+    last, states, end = solved(build(load_path=SHEARED, solver={"accuracy": accuracy}, grid={}))
+    assert last.before == ()
+    assert states[-1].errors is not None, "the first round is given with its bars"
+    assert end.reason.startswith("the next round would take ")
+    assert end.reason.endswith(says)
+    assert f"{2 * last.setup.grid.nx} x " in end.reason
+
+
+def test_without_an_accuracy_there_is_one_round() -> None:
+    only = first_round(build(load_path=SHEARED, grid={"points": 16}))
+    assert next_round(only, {}, lambda: None, 1.0) == End(None)
+
+
+def test_run_goes_through_rounds_and_keeps_the_last(tmp_path: Path) -> None:
+    case, out = write_case(tmp_path, CASE), tmp_path / "case.h5"
+    ran = invoke("run", case)
+    assert ran.exit_code == 0, ran.stderr
+    assert "round 2: " in ran.stdout
+    assert "accuracy 3 % is met: " in ran.stdout
+    with open_result(out) as result:
+        rounds = json.loads(result.attributes["provenance"])["rounds"]
+        points, refinement = result.effective_case["grid"]["points"], result.effective_case["solver"]["refinement"]
+        assert points[0] > rounds[-1]["points"][0] or refinement > rounds[-1]["refinement"]
+        assert all(one["worst"] > 0.03 for one in rounds)
+        assert result.status == "complete"
+    assert invoke("run", case, "--resume").output.startswith(f"{out}: already complete, ")
+    assert (
+        refused(4, "run", case, "--resume", "--set", "solver.accuracy=2 %").count("solver.accuracy.target is 0.03") == 1
+    )
+
+
+def test_a_stopped_round_is_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("whole", "parted"):
+        (tmp_path / name).mkdir()
+    whole, parted = (write_case(tmp_path / name, CASE) for name in ("whole", "parted"))
+    assert invoke("run", whole, "-q").exit_code == 0
+    from fretsolve.system.signals import StopRequest
+
+    asked = iter([False] * 25 + [True] * 100)
+    with monkeypatch.context() as patch:
+        patch.setattr(StopRequest, "requested", property(lambda self: next(asked)))
+        assert invoke("run", parted, "-q").exit_code == 75
+    header = json.loads((tmp_path / "parted/case.h5.parts/header.json").read_text())
+    assert json.loads(header["provenance"])["rounds"], "it was stopped in a later round"
+    assert invoke("run", parted, "-q", "--resume").exit_code == 0
+    with open_result(whole.with_suffix(".h5")) as one, open_result(parted.with_suffix(".h5")) as other:
+        assert one.effective_case == other.effective_case
+        assert np.array_equal(one.history["work_total"], other.history["work_total"])
