@@ -230,14 +230,17 @@ def test_long_slip_is_warned_of_once_whatever_the_surface(surface: str, told: st
 
 
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
-    from fretsolve.cli.run_messages import TextMessages
+    from fretsolve.cli.run_messages import QuietMessages, TextMessages
     from fretsolve.problem.setup.cost_estimate import expected_increments
 
     setup = set_up(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))
     expected = expected_increments(setup)
     assert expected < 200 < setup.load_path.increments
-    TextMessages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
-    assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in capsys.readouterr().err
+    for messages in (TextMessages, QuietMessages):
+        messages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
+        said = capsys.readouterr()
+        assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in said.err
+        assert not said.out
 
 
 @pytest.fixture(scope="module")
