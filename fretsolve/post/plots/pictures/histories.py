@@ -127,7 +127,7 @@ def convergence(result: Result, ax: Target = None) -> Figure:
         note = " (vertical lines: ends of stages)" if few else ""
         crowd = result.increments / (254.0 * panel_width(drawn.axes[-1]))  # increments in 0.1 mm
         if crowd > 2.0:
-            note = f" (each 0.1 mm of the axis holds {crowd:.0f} of them)"
+            note = f" (each 0.1 mm of the axis holds about {crowd:.0f} of them)"
         drawn.axes[-1].set_xlabel("increment" + note)
         drawn.heading(title_of(result))
     return drawn.figure

@@ -103,9 +103,8 @@ def profiles(
         for axes, (name, _) in panels:
             if name == "pressure":
                 axes.set_ylim(bottom=0.0)  # once both panels of the row have their curves
-        some = ", ".join(str(snapshot.step) for snapshot in snapshots)
-        left_out = len(chosen) < len(result.steps)
-        drawn.heading(title_of(result), f"increments {some} of {len(result.steps)} with fields" if left_out else "")
+        stored = len(result.steps)
+        drawn.heading(title_of(result), f"{len(chosen)} of {stored} increments with fields" * (len(chosen) < stored))
         # each label once, closed forms last
         labelled = [pair for axes in drawn.axes for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
         handles = {label: handle for handle, label in reversed(labelled)}
