@@ -305,12 +305,14 @@ def _open_file(out: Path) -> Result:
     attributes, content = _read_attributes(out)
     with ExitStack() as opened:
         reader = opened.enter_context(PartReader(out))
-        rows, (x, y) = reader.rows, reader.grid
+        x, y = reader.grid
         reader.require_content(content)
         reader.require_fields((len(x), len(y)))
+        columns = _columns(reader.rows)
+        del reader.rows  # the columns hold the same, and a result is open for long
         opened.pop_all()
     fields, steps = tuple(reader.field_names), reader.field_steps
-    return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), {}, reader)
+    return Result(out, attributes, columns, x, y, fields, steps, _parts_of(out), {}, reader)
 
 
 def _open_parts(out: Path) -> Result:
