@@ -101,7 +101,7 @@ KEPT = ("new run", "overwriting run", "resumed run", "side outputs", "all plots"
 LONG = ("all plots", "fit")
 """Commands that take seconds."""
 
-QUICK = {"csv": ("close",), "vtk": ("close",), "xdmf": ("close",), "new run": ("close",)}
+QUICK = {"csv": ("close",), "vtk": ("close",), "xdmf": ("close",)}
 """Commands of results and kinds of calls that the quick suite tries."""
 
 
