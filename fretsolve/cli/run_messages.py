@@ -41,7 +41,7 @@ COMPILING = "compiling kernels, which takes up to 30 s the first time"
 
 
 class QuietMessages:
-    """Print warnings and what a run waits for, and nothing else.
+    """Print warnings, what a run waits for, and how to go on after a signal, and nothing else.
 
     out: the result; resume: the run goes on with that result.
     """
@@ -88,6 +88,10 @@ class QuietMessages:
 
     def stopped(self, increments: int) -> None:
         """Print that a signal has stopped the run, and how to resume it."""
+        expected = expected_increments(self.setup)
+        of = "" if expected == self.increments else "about "
+        done = f"stopped with {increments} of {of}{counted(max(expected, increments), 'increment')} saved"
+        print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def end(self, reason: str = "") -> None:
         """Print the outcome and where it is saved; reason: why no further round is solved."""
@@ -226,12 +230,6 @@ class TextMessages(QuietMessages):
 
     def already_complete(self, increments: int) -> None:
         print(f"{self.out}: already complete, {counted(increments, 'increment')}")
-
-    def stopped(self, increments: int) -> None:
-        expected = expected_increments(self.setup)
-        of = "" if expected == self.increments else "about "
-        done = f"stopped with {increments} of {of}{counted(max(expected, increments), 'increment')} saved"
-        print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
     def _report(self, result: Result, reached: Verdict | None) -> None:
         if result.increments and result.history["stage"][-1] <= 30:  # of more `fretsolve show` prints one

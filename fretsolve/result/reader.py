@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import sys
 from bisect import bisect_right
-from collections.abc import Mapping
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -79,6 +79,7 @@ class Result(AbstractContextManager["Result"]):
     fields: tuple[str, ...]
     steps: Steps
     _parts: list[Part]
+    _newest: Mapping[str, NDArray[Any]]
     _open: PartReader | None = None
 
     @property
@@ -212,6 +213,8 @@ class Result(AbstractContextManager["Result"]):
 
     def _plane(self, name: str, step: int) -> NDArray[Any]:
         """Return a field ``(nx, ny)`` at `step`. Raises FileNotFoundError if its file is not there any more."""
+        if step == self.steps[-1] and name in self._newest:
+            return self._newest[name].copy()
         index = bisect_right(self._parts, step, key=lambda part: part.first) - 1
         if index < 0 or step > self._parts[index].last:
             raise FileNotFoundError(self.path)
@@ -306,12 +309,14 @@ def _open_file(out: Path) -> Result:
     attributes, content = _read_attributes(out)
     with ExitStack() as opened:
         reader = opened.enter_context(PartReader(out))
-        rows, (x, y) = reader.rows, reader.grid
+        x, y = reader.grid
         reader.require_content(content)
         reader.require_fields((len(x), len(y)))
+        columns = _columns(reader.rows)
+        del reader.rows  # the columns hold the same, and a result is open for long
         opened.pop_all()
     fields, steps = tuple(reader.field_names), reader.field_steps
-    return Result(out, attributes, _columns(rows), x, y, fields, steps, _parts_of(out), reader)
+    return Result(out, attributes, columns, x, y, fields, steps, _parts_of(out), {}, reader)
 
 
 def _open_parts(out: Path) -> Result:
@@ -319,6 +324,7 @@ def _open_parts(out: Path) -> Result:
     status = "running" if is_locked(folder) else "stopped"
     header = read_header(folder)
     parts = contiguous_parts(folder)
+    newest = _newest_fields(header, parts)  # first, since reading a long history takes longer than they are kept
     rows = read_rows(header, parts)
     steps = [step for step in rows["step"].tolist() if header.stores_fields(step)]
     if not (folder / HEADER_NAME).exists():
@@ -326,7 +332,21 @@ def _open_parts(out: Path) -> Result:
     if parts and parts[-1].last not in steps:
         steps.append(parts[-1].last)  # the state has its fields
     fields = tuple(quantity.name for quantity in header.stored_fields)
-    return Result(out, header.attributes(status), _columns(rows), header.x, header.y, fields, Steps(steps), parts)
+    attributes = header.attributes(status)
+    return Result(out, attributes, _columns(rows), header.x, header.y, fields, Steps(steps), parts, newest)
+
+
+def _newest_fields(header: RunHeader, parts: Sequence[Part]) -> dict[str, NDArray[Any]]:
+    """Return the fields of the last increment, by their names, if they are in its state alone.
+
+    A run that goes on removes the state after a while. Of a state that cannot be read, nothing is returned:
+    `Result.field` says why.
+    """
+    if parts and not header.stores_fields(parts[-1].last):
+        with suppress(FileError, FileNotFoundError):
+            state = read_state(parts[-1], header.shape)
+            return {quantity.name: component(state, quantity) for quantity in header.stored_fields}
+    return {}
 
 
 def _columns(rows: NDArray[Any]) -> Columns:

@@ -17,6 +17,7 @@ import h5py
 
 from fretsolve.errors import FileError
 from fretsolve.result.header import RunHeader
+from fretsolve.result.history import History
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import HEADER_NAME, all_parts, all_states, write_part, write_result
 from fretsolve.result.resume import TO_GO_ON, SavedRun
@@ -66,7 +67,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
 
     complete: OUT exists already and there is nothing to do. last_state: where to go on from, None to start at the
     beginning. increments: their number so far; summaries: of all of them, which a run that goes on from them adds to
-    before they come here. notes: warnings about the resume, and a lock that there is not.
+    before they come here, none once it is finished. notes: warnings about the resume, and a lock that there is not.
     """
 
     def __init__(
@@ -185,6 +186,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         Raises FileError, also if another file has taken OUT's name under way; the increments stay in the parts then.
         """
         failure = (message, kind) if status == "failed" else None
+        self.summaries = History()  # the result has them from the parts: of a long history both would take much memory
         with self._reported("cannot write the result", self.out):
             try:
                 self._write(self.out, self._saved.folder, status, failure)

@@ -65,13 +65,12 @@ def solve_missing(
         while unshown and writer.is_saved(unshown[0][0].step):
             show(*unshown.pop(0))
 
-    so_far = writer.last_state, writer.summaries
     if setup.case.solver.error_bars:
         from fretsolve.simulation.error_bars.error_bars import run_with_error_bars  # other runs do not need it
 
-        states = run_with_error_bars(setup, *so_far, threads, warn)
+        states = run_with_error_bars(setup, writer.last_state, writer.summaries, threads, warn)
     else:
-        states = run(setup, *so_far, threads)
+        states = run(setup, writer.last_state, writer.summaries, threads)
     failure = _save_each(states, save, stop, beside=beside)
     complete = writer.increments == setup.load_path.followed(writer.summaries).increments
     if failure is not None:

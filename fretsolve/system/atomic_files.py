@@ -15,8 +15,8 @@ import shutil
 import signal
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import FrameType
@@ -84,7 +84,8 @@ def new_file(
 
     Until then it has a name of its own, so that several processes may write `target` at once. folder: where it lies, on
     the same file system; by default beside `target`, where it also removes what kills have left. durable: wait until
-    file and name are on the disk. exclusive: raise TakenError instead if `target` exists by then. Raises OSError.
+    file and name are on the disk. exclusive: raise TakenError instead if `target` exists by then. Raises OSError, and
+    gives no new name then.
     """
     if exclusive:
         _require_absent(target)
@@ -97,16 +98,54 @@ def new_file(
             file.check()
             if durable:
                 os.fsync(file.fileno())
+        new = exclusive or not os.path.lexists(target)
         if exclusive:
             _name_new(temporary, target)
         else:
             os.replace(temporary, target)
     except BaseException:
-        with suppress(OSError):
-            os.unlink(temporary)
+        _take_back(temporary)
         raise
-    if durable:
-        sync_folder(target.parent)
+    try:
+        if durable:
+            sync_folder(target.parent)
+    except BaseException:
+        if new:
+            _take_back(target)
+        raise
+
+
+def _take_back(*made: Path) -> None:
+    """Remove files and empty folders after an error, the last one first, as far as that can be done."""
+    for path in reversed(made):
+        with suppress(OSError):
+            if path.is_dir():
+                os.rmdir(path)
+            else:
+                os.unlink(path)
+
+
+@contextmanager
+def all_or_none() -> Iterator[Callable[[Path], AbstractContextManager[None]]]:
+    """Yield a function `making`, for files and folders that belong together: ``with making(path):`` makes one of them.
+
+    If the block fails, those that it has made and that were not there before are removed. One that it has replaced
+    stays as it is.
+    """
+    made: list[Path] = []
+
+    @contextmanager
+    def making(path: Path) -> Iterator[None]:
+        new = not os.path.lexists(path)
+        yield
+        if new:
+            made.append(path)
+
+    try:
+        yield making
+    except BaseException:
+        _take_back(*made)
+        raise
 
 
 def _require_absent(target: Path) -> None:
@@ -124,7 +163,11 @@ def _name_new(temporary: Path, target: Path) -> None:
         _require_absent(target)
         os.replace(temporary, target)
     else:
-        os.unlink(temporary)
+        try:
+            os.unlink(temporary)
+        except BaseException:
+            _take_back(target)
+            raise
 
 
 @contextmanager

@@ -297,6 +297,8 @@ def test_stresses_of_a_run_replace_no_other_file(tmp_path: Path) -> None:
     assert invoke("run", case, "-q", "--overwrite").exit_code == 0
     with opened_computed(own) as found:
         assert found is not None
+    line = refused(2, "run", case)  # as after a kill while the stresses were written
+    assert line.startswith(f"{case.with_suffix('.h5')}: exists: --resume goes on and writes what is missing beside it")
     case.with_suffix(".h5").unlink()
     assert "exists: the run would replace" in refused(2, "run", case)
     assert invoke("run", case, "-q", "--resume").exit_code == 0  # its own may be replaced

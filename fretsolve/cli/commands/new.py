@@ -26,10 +26,11 @@ def new_case(kind: str, out: Path) -> int:
         heights = out.with_suffix(".heights.txt")
         files = {heights: _heights(), out: text.replace(HEIGHTS, json.dumps(heights.name, ensure_ascii=False))}
     require_free(*files, advice="it is not touched; choose another name with -o")
-    for path, content in files.items():
-        with writing(path), atomic_files.new_file(path, exclusive=True) as file:
-            file.write(content.encode())
-        print(path)
+    with atomic_files.all_or_none() as making:
+        for path, content in files.items():
+            with making(path), writing(path):
+                atomic_files.write_text(path, content, exclusive=True)
+    print(*files, sep="\n")
     return 0
 
 

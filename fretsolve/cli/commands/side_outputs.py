@@ -31,6 +31,9 @@ from fretsolve.system.files import require_free, require_utf8, writing
 AT_END = "the result is whole: with more room --resume writes what output.{} asks for"
 """Advice where there is no room for side outputs."""
 
+RESULT_IS_THERE = "--resume goes on and writes what is missing beside it, --overwrite begins anew"
+"""Advice for an existing result of a case with side outputs."""
+
 
 def require_room(setup: ProblemSetup, out: Path) -> None:
     """Raise CaseError, before the run, if what the case asks for beside the result cannot be computed after it."""
@@ -52,10 +55,13 @@ def require_own_side_outputs(
 ) -> None:
     """Raise CaseError, before the run, if what the case asks for would replace files that are not the run's own.
 
+    The result itself is told of first: a run goes on with it, and with the files beside it.
+
     Raises FileError if the side outputs cannot hold the name of the result.
     """
     output = setup.case.output
     require_utf8(out.name, out)
+    require_free(out, overwrite=resume or overwrite, advice=RESULT_IS_THERE)
     for spec, kind, path in (
         (output.stress, "stress", stress_path(out)),
         (output.fatigue, "fatigue", fatigue_path(out)),

@@ -111,13 +111,16 @@ def _write(folder: Path, study: Assessment, title: str | None) -> None:
 
     title: of the picture, None for no picture.
     """
-    write_study_csv(folder / CSV_NAME, study)
-    write_study_hdf5(folder / HDF5_NAME, study, list(advice(study)))
     path = folder / PICTURE_NAME
-    with writing(path):
-        atomic_files.remove(path)
-        if title is not None:
-            _draw(path, study, title)
+    with atomic_files.all_or_none() as making:
+        with making(folder / CSV_NAME):
+            write_study_csv(folder / CSV_NAME, study)
+        with making(folder / HDF5_NAME):
+            write_study_hdf5(folder / HDF5_NAME, study, list(advice(study)))
+        with writing(path):
+            atomic_files.remove(path)
+            if title is not None:
+                _draw(path, study, title)
 
 
 def _draw(path: Path, study: Assessment, title: str) -> None:

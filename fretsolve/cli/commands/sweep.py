@@ -31,6 +31,7 @@ from fretsolve.sweep.seeds import seed_keys, seeds_path, write_seeds_csv
 from fretsolve.sweep.slurm import requeue, submit
 from fretsolve.sweep.study.assessment import HDF5_NAME
 from fretsolve.sweep.table import collect, require_tables, writer_of
+from fretsolve.system import atomic_files
 from fretsolve.system.environment import processors
 from fretsolve.system.files import require_free
 from fretsolve.system.progress import print_error_line
@@ -193,9 +194,11 @@ def collect_sweep(folder: Path, out: Path | None, quantities: Sequence[str], *, 
     table = collect(manifest, quantities)
     if seeds is not None:
         writers[seeds] = partial(write_seeds_csv, seeds, exclusive=exclusive)
-    for path, write in writers.items():
-        write(table)
-        print(path)
+    with atomic_files.all_or_none() as making:
+        for path, write in writers.items():
+            with making(path):
+                write(table)
+    print(*writers, sep="\n")
     _name_damaged(manifest, table.states)
     print(counted(table.states), flush=True)
     return 0

@@ -26,7 +26,12 @@ def has_wear(result: Result) -> bool:
 
 
 def rows_of_wear(result: Result, ends: IndexArray) -> IndexArray:
-    """Return the `ends` of stages before any wear, the ends at which the surfaces change, and the last end."""
+    """Return the `ends` of stages before any wear, the ends at which the surfaces change, and the last end.
+
+    Where the surfaces never change it is all ends.
+    """
+    if not result.history["jump"].any():
+        return ends
     shown = (result.history["cycles"][ends] == 0.0) | (result.history["jump"][ends] > 0.0)
     shown[-1:] = True
     chosen: IndexArray = ends[shown]
@@ -45,21 +50,22 @@ def wear_totals(result: Result) -> Iterator[str]:
         return
     history = result.history
     changes = np.flatnonzero(history["jump"] > 0.0)
-    if not len(changes):
-        yield "nothing is worn yet"
-        return
     cycles, volume, error, depth = (
         float(history[name][-1]) for name in ("cycles", "wear_volume", "wear_error", "wear_depth_max")
     )
+    unit, deepest = result.units("wear_volume"), f"{in_small_unit(depth, 4)} at the deepest place"
+    if not len(changes):
+        worn = f"wear {volume:.5g} {unit}, {deepest}; the surfaces have kept their shape"
+        yield worn if volume > 0.0 else "nothing is worn yet"
+        return
     from fretsolve.problem.setup.wear_warnings import error_by_grid  # few results have wear
 
     errors = {"the jumps": error or None, "the cells that stick": error_by_grid(result)}
     bars = [f"± {value:.1e} by {cause}" for cause, value in errors.items() if value is not None]
     spread = f" ({', '.join(bars)})" if bars else ""
-    unit = result.units("wear_volume")
     yield (
         f"{cycles:g} cycles, for which {counted(len(changes), 'solved cycle')} stand, wear {volume:.5g} {unit}{spread},"
-        f" {in_small_unit(depth, 4)} at the deepest place"
+        f" {deepest}"
     )
     first, last = (float(history["stick_area"][step - 1]) for step in (changes[0], changes[-1]))
     stages = result.case.stages() if result.case is not None else ()

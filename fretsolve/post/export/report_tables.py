@@ -102,6 +102,9 @@ def _error_text(value: float, error: float) -> str:
     return f"± {error:.1e}" if abs(error) > 1e-14 * abs(value) else "± 0"
 
 
+MOST_CYCLES, FIRST_CYCLES = 12, 2
+"""Cycles up to which a table has all, and how many of the first of more, before the last ones."""
+
 MOST_SPOTS = 10
 """Spots of contact that a table has."""
 
@@ -127,7 +130,7 @@ def cycle_columns(table: CycleTable, *, corrected: bool = False) -> list[TextCol
 
     corrected: of the values corrected for the number of increments, if there are any.
     """
-    rows = first_and_last(np.arange(len(table)), most=12, first=2)
+    rows = first_and_last(np.arange(len(table)), MOST_CYCLES, FIRST_CYCLES)
     above, suffix = ("corrected", CORRECTED_SUFFIX) if corrected else ("", "")
     numbers = {"cycle": above, "stage": ""}
     found = [(first, name, "", *map(str, table.columns[name][rows].tolist())) for name, first in numbers.items()]

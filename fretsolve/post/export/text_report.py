@@ -25,6 +25,8 @@ from fretsolve.post.export.remarks import (
     yield_warnings,
 )
 from fretsolve.post.export.report_tables import (
+    FIRST_CYCLES,
+    MOST_CYCLES,
     TextColumn,
     about_spots,
     about_tiny_values,
@@ -95,7 +97,7 @@ def print_report(
     for table in tables:
         lines += ["", *table.lines_for(file)]
     warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
-    lines += map(printable, (*_totals(result), *about_spots(spots), *warnings))
+    lines += map(printable, (*_totals(result, every_increment=every_increment), *about_spots(spots), *warnings))
     file.write("".join(f"{line}\n" for line in lines))
 
 
@@ -169,7 +171,7 @@ def _heading(name: str) -> tuple[str, str]:
     return (first, f"{second}_{axis}") if first else ("", name)  # delta_x stays in one line
 
 
-def _totals(result: Result) -> list[str]:
+def _totals(result: Result, *, every_increment: bool) -> list[str]:
     """Return lines on the whole run: residual, dissipated energy and cost; none if there is no increment."""
     if not result.increments:
         return []
@@ -190,8 +192,11 @@ def _totals(result: Result) -> list[str]:
     if (cycles := result.cycles) is not None:
         lines += [*cycles.notes, *(outcome for outcome, _ in cycles.outcomes)]
     ends = stage_ends(history["stage"])
-    many = len(rows_of_wear(result, ends) if has_wear(result) else ends) > MOST_STAGES
-    left_out = [f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all"] if many else []
+    left_out = []
+    if not every_increment and len(rows_of_wear(result, ends) if has_wear(result) else ends) > MOST_STAGES:
+        left_out.append(f"the table has the first {FIRST_STAGES} and the last stages; --csv prints all")
+    if cycles is not None and len(cycles) > MOST_CYCLES:
+        left_out.append(f"the table of cycles has the first {FIRST_CYCLES} and the last ones; --json prints all")
     return [
         *left_out,
         *about_rows(result),

@@ -65,19 +65,22 @@ def write_vtk(result: Result, steps: Sequence[int], path: Path, *, exclusive: bo
     Returns warnings: why the surfaces are left flat. Raises OSError, FileError.
     """
     folder = grids_folder(path)
-    folder.mkdir(exist_ok=True)
     try:
         surfaces, warnings = DeformedSurfaces(result), []
     except FlatError as error:
         surfaces, warnings = None, [f"the surfaces are left flat: {error}"]
     grids = []
-    for step in steps:
-        fields = _point_data(result, step)
-        for part, body in enumerate(surfaces.at(step) if surfaces is not None else [_flat(result)]):
-            grid = folder / f"{body.name.replace(' ', '_')}.{step:06d}.vts"
-            _write_surface(grid, body, fields, step)
-            grids.append((grid, step, part, body.name))
-    write_index(path, grids, exclusive=exclusive)
+    with atomic_files.all_or_none() as making:
+        with making(folder):
+            folder.mkdir(exist_ok=True)
+        for step in steps:
+            fields = _point_data(result, step)
+            for part, body in enumerate(surfaces.at(step) if surfaces is not None else [_flat(result)]):
+                grid = folder / f"{body.name.replace(' ', '_')}.{step:06d}.vts"
+                with making(grid):
+                    _write_surface(grid, body, fields, step)
+                grids.append((grid, step, part, body.name))
+        write_index(path, grids, exclusive=exclusive)
     return warnings
 
 
@@ -163,13 +166,16 @@ def write_volumes(computed: ComputedFile, path: Path, *, exclusive: bool) -> Non
     exclusive: replace no index. Raises OSError, FileError.
     """
     folder = grids_folder(path)
-    folder.mkdir(exist_ok=True)
     grids = []
-    for number, body, step, fields in _volumes(computed):
-        grid = folder / f"{computed.kind}_body_{number}.{step:06d}.vtr"
-        _write_volume(grid, body, fields, up=number == 1)
-        grids.append((grid, step, number - 1, f"body {number}"))
-    write_index(path, grids, exclusive=exclusive)
+    with atomic_files.all_or_none() as making:
+        with making(folder):
+            folder.mkdir(exist_ok=True)
+        for number, body, step, fields in _volumes(computed):
+            grid = folder / f"{computed.kind}_body_{number}.{step:06d}.vtr"
+            with making(grid):
+                _write_volume(grid, body, fields, up=number == 1)
+            grids.append((grid, step, number - 1, f"body {number}"))
+        write_index(path, grids, exclusive=exclusive)
 
 
 def _volumes(computed: ComputedFile) -> Iterator[tuple[int, BodyStress | BodyFatigue, int, dict[str, DoubleArray]]]:

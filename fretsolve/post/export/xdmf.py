@@ -54,19 +54,20 @@ def write_xdmf(result: Result, steps: Sequence[int], path: Path, *, exclusive: b
     """Write ``path`` (.xdmf) and, beside it, the points (``.xdmf.h5``). Raises OSError, FileError."""
     beside = points_file(path)
     finished = _is_finished(result)
-    with atomic_files.new_hdf5(beside, exclusive=exclusive) as file:
-        x, y = np.meshgrid(result.x, result.y, indexing="ij")
-        points = np.stack([x, y, np.zeros_like(x)], axis=-1)
-        file.create_dataset("points", data=points, compression="gzip", shuffle=True)
-        copied = () if finished else stored_fields(stored_names(result), is_single(result.effective_case))
-        for quantity in copied:
-            dataset = create_field(file.require_group("fields"), quantity, len(steps), x.shape)
-            for index, step in enumerate(steps):
-                dataset[index] = result.field(quantity.name, step)
-    stored = result.steps if finished else tuple(steps)
-    with atomic_files.new_file(path, durable=False, exclusive=exclusive) as text:
-        lines = _document(result, steps, stored, _source(result, path), beside.name)
-        text.writelines(f"{line}\n".encode() for line in lines)
+    with atomic_files.all_or_none() as making:
+        with making(beside), atomic_files.new_hdf5(beside, exclusive=exclusive) as file:
+            x, y = np.meshgrid(result.x, result.y, indexing="ij")
+            points = np.stack([x, y, np.zeros_like(x)], axis=-1)
+            file.create_dataset("points", data=points, compression="gzip", shuffle=True)
+            copied = () if finished else stored_fields(stored_names(result), is_single(result.effective_case))
+            for quantity in copied:
+                dataset = create_field(file.require_group("fields"), quantity, len(steps), x.shape)
+                for index, step in enumerate(steps):
+                    dataset[index] = result.field(quantity.name, step)
+        stored = result.steps if finished else tuple(steps)
+        with atomic_files.new_file(path, durable=False, exclusive=exclusive) as text:
+            lines = _document(result, steps, stored, _source(result, path), beside.name)
+            text.writelines(f"{line}\n".encode() for line in lines)
 
 
 def _document(result: Result, steps: Sequence[int], stored: Sequence[int], source: str, points: str) -> Iterator[str]:

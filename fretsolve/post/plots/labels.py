@@ -171,9 +171,10 @@ def symbol(name: str) -> str:
     return f"${_LETTERS.get(stem, stem)}" + (f"_{axis}$" if axis else "$")
 
 
-def increment_ticks() -> MaxNLocator:
-    """Return ticks at whole increments."""
-    return MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1)
+def set_increment_ticks(axes: Axes) -> None:
+    """Set ticks of x at whole increments, each with its whole number."""
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10], min_n_ticks=1))
+    axes.ticklabel_format(axis="x", style="plain", useOffset=False)
 
 
 def short_number(value: float, scale: float) -> str:

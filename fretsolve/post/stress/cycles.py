@@ -143,7 +143,8 @@ def require_states(cycle: LoadCycle, stored: Container[int]) -> None:
     if count < 3:
         which = "the cycle" if cycle.number else cycle.title
         noun = "state" if count == 1 else "states"
-        raise CaseError(f"{which} has {count} stored {noun}; 3 or more are needed")
+        every = "" if len(cycle.states) < 3 else ": output.every leaves out the others, 1 stores all"
+        raise CaseError(f"{which} has {count} stored {noun}; 3 or more are needed{every}")
     missing = [str(state) for state in cycle.ends if state not in stored]
     if missing:
         noun = f"increment{'s' if len(missing) > 1 else ''} {', '.join(missing)}"

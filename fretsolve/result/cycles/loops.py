@@ -39,7 +39,7 @@ MOST_CHANGES = 100.0
 noise of the solver, whose ratio says nothing."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class CycleSteps:
     """A cycle in a history: from the increment `first` (-1: the start) to `last`.
 
@@ -99,13 +99,14 @@ def cycles_in(stages: Sequence[Stage], stage_column: NDArray[Any], *, ended: boo
             members.setdefault((stage.cycle.cycle, stage.cycle.turn), []).append(stage)
             most[stage.cycle.cycle] = stage.cycle.turn
     found: list[CycleSteps] = []
+    alike: dict[object, Any] = {}  # repetitions share what they have in common
     for (run, turn), inside in members.items():
         if all(stage.number in last_of for stage in inside):
             one = inside[0].cycle
             assert one is not None  # see above
             moved = frozenset(name for stage in inside for name, _ in stage.targets if name != "friction")
             first, last = int(first_of[inside[0].number]) - 1, last_of[inside[-1].number]
-            key = ".".join(map(str, one.key))
+            moved, key = (alike.setdefault(of, of) for of in (moved, ".".join(map(str, one.key))))
             found.append(CycleSteps(len(found) + 1, first, last, run, turn, one.until, moved, key, most[run]))
     return found
 

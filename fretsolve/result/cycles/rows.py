@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from array import array
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -43,21 +44,21 @@ def round_off(history: History) -> float:
     return LEAST_FORCE * float(np.abs(history["P"]).max())
 
 
-def measured_rows(
+def measured_columns(
     history: History,
     cycles: Sequence[CycleSteps],
     slip: Callable[[int], NDArray[Any] | None],
     pair: tuple[str, str] | None,
-) -> list[dict[str, float]]:
-    """Return the rows of the table, with a rig also the columns at the actuator.
+) -> dict[str, DoubleArray]:
+    """Return the columns of the table, with a rig also those at the actuator.
 
     pair: load and displacement of the loops, None for the direction of shear; slip: returns the slip after an
     increment.
     """
     least = round_off(history)
-    rows = [_measured(history, cycle, slip, pair, least) for cycle in cycles]
+    found = _columns(_measured(history, cycle, slip, pair, least) for cycle in cycles)
     if not history.keys() >= MOTIONS_OF_ACTUATORS.keys():
-        return rows
+        return found
     columns = [(name, name.removesuffix(ERROR_SUFFIX)) for name in history]
     moved = {
         MOTIONS_OF_ACTUATORS[own] + name.removeprefix(own): history[name]
@@ -65,10 +66,18 @@ def measured_rows(
         if own in MOTIONS_OF_ACTUATORS
     }
     at_actuator = {**history, **moved}
-    for row, cycle in zip(rows, cycles, strict=True):
-        there = _measured(at_actuator, cycle, lambda step: None, pair, least)
-        row |= {ACTUATOR + name: value for name, value in there.items() if name.removesuffix(ERROR_SUFFIX) in OF_MOTION}
-    return rows
+    there = _columns(_measured(at_actuator, cycle, lambda step: None, pair, least) for cycle in cycles)
+    of_motion = {name: values for name, values in there.items() if name.removesuffix(ERROR_SUFFIX) in OF_MOTION}
+    return found | {ACTUATOR + name: values for name, values in of_motion.items()}
+
+
+def _columns(rows: Iterable[Mapping[str, float]]) -> dict[str, DoubleArray]:
+    """Return rows of the same names as columns. Of long histories the rows would take ten times as much memory."""
+    found: dict[str, array[float]] = {}
+    for row in rows:
+        for name, value in row.items():
+            found.setdefault(name, array("d")).append(value)
+    return {name: np.array(values) for name, values in found.items()}
 
 
 def _measured(

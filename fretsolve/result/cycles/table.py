@@ -7,7 +7,6 @@ loop. With a rig in series the loop is also measured over the motion of the actu
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,9 +18,10 @@ from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_QUANTITIES, CYCLES_W
 from fretsolve.case.dimensions import percent
 from fretsolve.case.history import BULK, COMPONENTS, PAIRS
 from fretsolve.result.cycles.loops import CycleSteps, History, cycles_in, distance_to_limit, stages_of
-from fretsolve.result.cycles.rows import FORCES, HIDDEN, measured_rows, round_off
+from fretsolve.result.cycles.rows import FORCES, HIDDEN, measured_columns, round_off
 from fretsolve.result.layout import Quantity
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX
+from fretsolve.system.arrays import DoubleArray
 
 CYCLES = (
     Quantity("cycle", "1", "cycle, counted from 1 along the load path", "int64"),
@@ -89,25 +89,25 @@ def cycle_table(
     if not cycles:
         return None
     pair = _pair(history, cycles)
-    rows = measured_rows(history, cycles, slip, pair)
+    columns = measured_columns(history, cycles, slip, pair)
     if "work_total" + CORRECTED_SUFFIX in history:
         corrected = _with_corrected_values(history)
-        for row, found in zip(rows, measured_rows(corrected, cycles, lambda step: None, pair), strict=True):
-            for name in CORRECTED_CYCLE_NAMES:
-                as_run = name.removesuffix(CORRECTED_SUFFIX)
-                if as_run not in found:  # there is no actuator
-                    continue
-                row |= {name: found[as_run], name + ERROR_SUFFIX: found[as_run + ERROR_SUFFIX]}
+        found = measured_columns(corrected, cycles, lambda step: None, pair)
+        for name in CORRECTED_CYCLE_NAMES:
+            as_run = name.removesuffix(CORRECTED_SUFFIX)
+            if as_run not in found:  # there is no actuator
+                continue
+            columns |= {name: found[as_run], name + ERROR_SUFFIX: found[as_run + ERROR_SUFFIX]}
     moments = pair is not None and pair[0].startswith("M")
     chosen = [
-        one for one in _quantities(moments=moments, line=effective_case.get("plane") == "strain") if one.name in rows[0]
+        one for one in _quantities(moments=moments, line=effective_case.get("plane") == "strain") if one.name in columns
     ]
     return CycleTable(
-        {one.name: np.array([row[one.name] for row in rows], one.dtype) for one in chosen},
+        {one.name: columns[one.name].astype(one.dtype) for one in chosen},
         {one.name: one.units for one in chosen},
         {one.name: one.long_name for one in chosen},
         tuple(_outcomes(history, cycles)),
-        tuple(_notes(rows)),
+        tuple(_notes(columns)),
     )
 
 
@@ -170,16 +170,14 @@ def _outcomes(history: History, cycles: Sequence[CycleSteps]) -> list[tuple[str,
     return found
 
 
-def _notes(rows: Sequence[Mapping[str, float]]) -> Iterator[str]:
+def _notes(columns: Mapping[str, DoubleArray]) -> Iterator[str]:
     """Yield what the increments of loops do not tell, or not well."""
-    if (widest := float(np.nanmax([0.0, *(row[HIDDEN] for row in rows)]))) > NOTEWORTHY:
+    if (widest := float(np.nanmax([0.0, *columns[HIDDEN]]))) > NOTEWORTHY:
         yield (
             f"sliding_ratio is known to ± {widest:.2g} by these increments, and sliding_amplitude to half of that times"
             " the displacement range; more of them tell both closer"
         )
-    if any(
-        math.isnan(row["reversal_stiffness"]) and row["force_range"] * row["displacement_range"] > 0.0 for row in rows
-    ):
+    if (np.isnan(columns["reversal_stiffness"]) & (columns["force_range"] * columns["displacement_range"] > 0.0)).any():
         yield (
             "reversal_stiffness is not known: it takes two increments after each reversal, the first of which strains"
             " the bodies more than it slips; take more increments"

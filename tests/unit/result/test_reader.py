@@ -239,19 +239,6 @@ def test_open_result_follows_a_run_that_finishes(tmp_path: Path) -> None:
         result.close()
 
 
-def test_field_that_a_growing_run_has_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fretsolve.result.writer.STATES_KEPT", 2)
-    states = list(fake_states(3))
-    with HistoryWriter.open(tmp_path / "out.h5", fake_header(every=5)) as writer:
-        writer.append(states[0])
-        result = open_result(tmp_path / "out.h5")
-        assert result.steps == (0,)
-        for state in states[1:]:
-            writer.append(state)
-        with pytest.raises(FileError, match="the fields of increment 0 are not kept any more"):
-            result.field("gap", 0)
-
-
 def test_part_that_vanishes_while_the_parts_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = write_fake(tmp_path / "out.h5", "stopped")
     listed = reader.contiguous_parts

@@ -23,12 +23,12 @@ from fretsolve.post.plots.labels import (
     MOST_NAMED,
     axis_label,
     draw_lines,
-    increment_ticks,
     line_colors,
     marker_spacing,
     marks,
     physical_name,
     readable,
+    set_increment_ticks,
     symbol,
     unit_of,
 )
@@ -123,8 +123,12 @@ def convergence(result: Result, ax: Target = None) -> Figure:
             else:
                 axes.legend(loc="lower right", bbox_to_anchor=(1.02, 1.0), ncols=2, columnspacing=1.0, frameon=False)
             axes.set_xlim(-0.5, result.increments - 0.5)
-            axes.xaxis.set_major_locator(increment_ticks())
-        drawn.axes[-1].set_xlabel("increment" + " (vertical lines: ends of stages)" * few)
+            set_increment_ticks(axes)
+        note = " (vertical lines: ends of stages)" if few else ""
+        crowd = result.increments / (254.0 * panel_width(drawn.axes[-1]))  # increments in 0.1 mm
+        if crowd > 2.0:
+            note = f" (each 0.1 mm of the axis holds about {crowd:.0f} of them)"
+        drawn.axes[-1].set_xlabel("increment" + note)
         drawn.heading(title_of(result))
     return drawn.figure
 

@@ -103,7 +103,8 @@ def profiles(
         for axes, (name, _) in panels:
             if name == "pressure":
                 axes.set_ylim(bottom=0.0)  # once both panels of the row have their curves
-        drawn.heading(title_of(result))
+        stored = len(result.steps)
+        drawn.heading(title_of(result), f"{len(chosen)} of {stored} increments with fields" * (len(chosen) < stored))
         # each label once, closed forms last
         labelled = [pair for axes in drawn.axes for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
         handles = {label: handle for handle, label in reversed(labelled)}

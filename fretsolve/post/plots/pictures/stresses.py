@@ -17,7 +17,7 @@ from matplotlib.image import AxesImage
 from fretsolve.case.keys.quantity_names import Invariant
 from fretsolve.errors import CaseError, PictureError
 from fretsolve.post.plots.canvas import BELOW_LABEL, PANEL_WIDTH, Target, canvas, scaled_height, title_of
-from fretsolve.post.plots.labels import draw_lines, increment_ticks, label_depth
+from fretsolve.post.plots.labels import draw_lines, label_depth, set_increment_ticks
 from fretsolve.post.plots.load_history import step_texts
 from fretsolve.post.plots.pictures.maps import set_x_ticks
 from fretsolve.post.plots.snapshot import Snapshot, cell_size, chosen_step, outer_edges, shown_place
@@ -108,7 +108,7 @@ def stress_cycle(
         for axes, lines in zip(drawn.axes, (components, invariants), strict=False):
             draw_lines(axes, steps, lines)
             axes.set(xlabel="increment", ylabel="stress (MPa)")
-            axes.xaxis.set_major_locator(increment_ticks())
+            set_increment_ticks(axes)
             # below the panel, as curves may fill it
             axes.legend(ncols=3, **BELOW_LABEL)
         where = f"depth = {depth:.4g} mm" if depth else "on the surface"

@@ -10,7 +10,8 @@ import itertools
 import math
 import re
 from array import array
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -58,8 +59,10 @@ def read_text(file: Path, *, line: bool) -> RawMap:
     """Read a map, or with `line` a profile, as `Layout` tells. Raises ValueError with the line at fault."""
     encoding = _encoding(file)
     try:
-        layout = _layout(_lines_of(file, encoding))
-        table, lines, commas = _table(_lines_of(file, encoding), layout)
+        with closing(_lines_of(file, encoding)) as text:
+            layout = _layout(text)
+        with closing(_lines_of(file, encoding)) as text:
+            table, lines, commas = _table(text, layout)
     except UnicodeDecodeError:
         raise ValueError(f"it is cut short, or no {encoding} text") from None
     if (lost := lost_number(layout.header)) is not None:
@@ -67,8 +70,9 @@ def read_text(file: Path, *, line: bool) -> RawMap:
         heights[heights == lost] = np.nan
     raw = _profile(table, lines, layout) if line and table.shape[1] <= 2 else _map(table, lines, layout, line=line)
     first = len(layout.header)
-    some = itertools.islice(enumerate(_lines_of(file, encoding), 1), first, first + MOST_HEADER_LINES)
-    doubt = comma_doubt(some, layout.separator)
+    with closing(_lines_of(file, encoding)) as text:
+        some = itertools.islice(enumerate(text, 1), first, first + MOST_HEADER_LINES)
+        doubt = comma_doubt(some, layout.separator)
     doubts = raw.doubts if doubt is None else (*raw.doubts, doubt)
     return replace(raw, remarks=(*raw.remarks, *(["decimal commas"] if commas else [])), doubts=doubts)
 
@@ -155,7 +159,7 @@ def _encoding(file: Path) -> str:
     return "utf-16-be" if even else "utf-16-le"
 
 
-def _lines_of(file: Path, encoding: str) -> Iterator[str]:
+def _lines_of(file: Path, encoding: str) -> Generator[str, None, None]:
     """Yield the lines of a file. Raises ValueError at one that is too long for the memory that reading it takes.
 
     A line that is not UTF-8 is read in the code page of Windows, whose programs write the micro sign so.

@@ -91,3 +91,8 @@ def test_long_tables_have_the_first_and_the_last_stages(out: Path, monkeypatch: 
     assert rows[:4] == ["1", "4", "5", "6"]
     assert set(rows) == set(rows[:4])  # in each part of a wide table
     assert "the table has the first 1 and the last stages; --csv prints all" in lines
+    assert not any("the table of cycles has" in line for line in lines)
+    monkeypatch.setattr(text_report, "MOST_CYCLES", 1)
+    told = shown(out, "--all")
+    assert "--csv prints all" not in told  # all increments are there
+    assert "the table of cycles has the first 2 and the last ones; --json prints all" in told

@@ -230,14 +230,17 @@ def test_long_slip_is_warned_of_once_whatever_the_surface(surface: str, told: st
 
 
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
-    from fretsolve.cli.run_messages import TextMessages
+    from fretsolve.cli.run_messages import QuietMessages, TextMessages
     from fretsolve.problem.setup.cost_estimate import expected_increments
 
     setup = set_up(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))
     expected = expected_increments(setup)
     assert expected < 200 < setup.load_path.increments
-    TextMessages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
-    assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in capsys.readouterr().err
+    for messages in (TextMessages, QuietMessages):
+        messages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
+        said = capsys.readouterr()
+        assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in said.err
+        assert not said.out
 
 
 @pytest.fixture(scope="module")
@@ -263,3 +266,16 @@ def test_maps_have_their_place_and_the_worn_separation(out: Path, tmp_path: Path
             assert values.attrs["center"] == pytest.approx((0.05, -0.02))
         np.testing.assert_array_equal(file["wear_depth"], depth)
         np.testing.assert_allclose(file["separation"], sphere + depth, rtol=1e-12)
+
+
+def test_wear_of_surfaces_that_keep_their_shape_is_told(tmp_path: Path) -> None:
+    path = "[{P: 400 N}, {cycle: {times: 3, stages: [{Qx: 36 N, increments: 1}, {Qx: -36 N, increments: 1}]}}]"
+    case = CASE[: CASE.index("load_path")] + f"wear: {{law: energy, alpha: {ALPHA} mm^3/mJ}}\nload_path: {path}\n"
+    with open_result(result_of(write_case(tmp_path, case))) as worn:
+        assert not worn.history["jump"].any()
+        volume = worn.history["wear_volume"][-1]
+        (told,) = wear_totals(worn)
+        assert told.startswith(f"wear {volume:.5g} mm^3, ")
+        assert told.endswith("at the deepest place; the surfaces have kept their shape")
+        ends = stage_ends(worn.history["stage"])
+        assert rows_of_wear(worn, ends).tolist() == ends.tolist()  # the table leaves out none

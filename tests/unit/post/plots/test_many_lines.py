@@ -16,6 +16,7 @@ from pictures import heading, legend_texts, panels
 
 from fretsolve.post import plots
 from fretsolve.post.plots import report_page
+from fretsolve.post.plots.labels import set_increment_ticks
 from fretsolve.post.plots.many_lines import draw_range, drawn_lines
 from fretsolve.post.plots.pictures.maps import film
 from fretsolve.result import Result
@@ -117,3 +118,31 @@ def test_films_and_pages_of_many_increments_tell_how_many_are_shown(results: dic
     assert "Move the slider to step through 2 of the 17 increments with fields, all drawn in one scale." in page
     page = report_page.html_page(result, {}, {}, {str(step): b"" for step in result.steps})
     assert "Move the slider to step through the increments, all drawn in one scale." in page
+
+
+def test_increments_that_an_eye_cannot_tell_apart_are_counted(results: dict[str, Result]) -> None:
+    assert "vertical lines" in plots.convergence(results["fretting"]).axes[-1].get_xlabel()
+    many = repeated(results["fretting"], 2000)
+    figure = plots.convergence(many)
+    inches = figure.axes[-1].bbox.width / figure.dpi
+    held = many.increments / (10.0 * 25.4 * inches)
+    assert figure.axes[-1].get_xlabel() == f"increment (each 0.1 mm of the axis holds about {held:.0f} of them)"
+
+
+def test_increments_on_an_axis_are_whole_numbers() -> None:
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([9998, 9999, 10000], [0.0, 1.0, 0.0])
+    set_increment_ticks(axes)
+    figure.draw_without_rendering()
+    shown = [label.get_text() for label in axes.get_xticklabels()]
+    assert {"9998", "9999", "10000"} <= set(shown)
+    assert axes.xaxis.get_offset_text().get_text() == ""
+
+
+def test_profiles_say_of_how_many_increments_they_are_some(results: dict[str, Result]) -> None:
+    result = results["fretting"]
+    steps = result.steps[:2]
+    told = heading(plots.profiles(result, steps=steps))
+    assert f"2 of {len(result.steps)} increments with fields" in told
+    assert "with fields" not in heading(plots.profiles(result, steps=result.steps))
