@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from fretsolve.case.cycle_quantities import ACTUATOR, CYCLE_DIMENSIONS
-from fretsolve.case.history import OF_RIG
+from fretsolve.case.history import OF_RIG, OF_WEAR
 from fretsolve.case.keys.output_spec import LIFE_CURVES, CrackSpec, OutputSpec
 from fretsolve.case.keys.quantity_names import LIFE_NAMES, OF_WHOLE_RUN, OUTPUT_NAMES, WORST_NAMES
 from fretsolve.case.keys.settings_spec import Expectation
@@ -41,6 +41,23 @@ def unknown_quantities(
             yield (*key, "stage"), message
         elif (lacking := lacking_of(name, output)) is not None:
             yield (*key, "quantity"), f"{name} {lacking}"
+
+
+def unjudged_quantities(
+    of: Sequence[str], stages: Sequence[Stage], *, rig: bool, wear: bool
+) -> Iterator[tuple[KeyPath, str]]:
+    """Yield the key, and a message, of each quantity that an accuracy is about and that the result will not have.
+
+    stages: of the load path with its cycles unrolled; rig, wear: whether the case has them.
+    """
+    for index, name in enumerate(of):
+        key = ("solver", "accuracy", "of", index)
+        if not rig and (name in OF_RIG or name.startswith(ACTUATOR)):
+            yield key, f"{name} is known with a rig alone; the case has none"
+        elif not wear and name in OF_WEAR:
+            yield key, f"{name} is known with wear alone; the case has none"
+        elif name in CYCLE_DIMENSIONS and all(stage.cycle is None for stage in stages):
+            yield key, f"{name} is a quantity of a cycle, and the load path has none; another one is needed"
 
 
 def _of_cycle(one: Expectation, cycles: int, output: OutputSpec) -> Iterator[tuple[KeyPath, str]]:

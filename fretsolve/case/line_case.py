@@ -362,6 +362,12 @@ class LineCase(Case):
 
     @model_validator(mode="after")
     def _known_depth(self) -> Self:
+        of = () if self.solver.accuracy is None else self.solver.accuracy.of
+        refused_at(
+            (("solver", "accuracy", "of", index), f"{name} is {LINE_MEANINGS[name]}; another quantity is needed")
+            for index, name in enumerate(of)
+            if name in NEVER_KNOWN
+        )
         if self.reference_depth is None:
             message = "has an unknown constant in a line contact; give reference_depth, or impose"
             refused_at(
@@ -380,5 +386,13 @@ class LineCase(Case):
                 )
                 for index, one in enumerate(self.expect)
                 if one.quantity in needed
+            )
+            refused_at(
+                (
+                    ("solver", "accuracy", "of", index),
+                    f"{name} is NaN in a line contact without reference_depth; give that, or another quantity",
+                )
+                for index, name in enumerate(of)
+                if name in needed
             )
         return self

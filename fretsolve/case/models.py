@@ -20,7 +20,7 @@ from pydantic import (
 
 from fretsolve.case.base import CaseModel, GridPoints, Position, PositiveLength, Repeated, auto, refused_at
 from fretsolve.case.dimensions import LENGTH, Dimension
-from fretsolve.case.expected import unknown_quantities
+from fretsolve.case.expected import unjudged_quantities, unknown_quantities
 from fretsolve.case.expression import Expression
 from fretsolve.case.history import COMPONENTS, DIMENSIONS_BY_NAME, HISTORY_DIMENSIONS
 from fretsolve.case.keys.body_specs import Body, RoughnessSurface, Surfaces
@@ -203,6 +203,9 @@ class Case(CaseModel):
     def _expected_is_known(self) -> Self:
         if self.expect:
             refused_at(unknown_quantities(self.expect, unrolled(self.load_path), self.output, rig=self.rig is not None))
+        if self.solver.accuracy is not None and (of := self.solver.accuracy.of):
+            has = {"rig": self.rig is not None, "wear": self.wear is not None}
+            refused_at(unjudged_quantities(of, unrolled(self.load_path), **has))
         return self
 
     @model_validator(mode="after")

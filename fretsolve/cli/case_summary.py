@@ -10,7 +10,7 @@ from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.case.keys.wear_spec import WearSpec
 from fretsolve.problem.model.required_terms import Model
-from fretsolve.problem.setup.cost_estimate import estimate
+from fretsolve.problem.setup.cost_estimate import estimate, rounded_time
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_forms import AnyWornCycle, WornCycle, worn_cycles
 from fretsolve.reference.materials import material_named
@@ -98,11 +98,19 @@ def mirror_lines(setup: ProblemSetup) -> list[str]:
 
 
 def accuracy_lines(setup: ProblemSetup) -> list[str]:
-    """Return a line with the settings that the accuracy has picked; none without an accuracy."""
-    if setup.case.solver.accuracy is None:
+    """Return a line with the settings that the accuracy picks for its first round, and the limits of its rounds."""
+    accuracy = setup.case.solver.accuracy
+    if accuracy is None:
         return []
     picked = ", ".join(setup.picked) or "nothing: all settings are given"
-    return [f"accuracy {percent(setup.case.solver.accuracy.target)} picks {picked}"]
+    most, limits = accuracy.at_most, [f"{accuracy.at_most.cells} cells"]
+    limits += [] if most.time is None else [rounded_time(most.time)]
+    rounds = (
+        f"; its rounds take at most {' and '.join(limits)}"
+        if setup.case.solver.error_bars or setup.case.wear is not None
+        else ""
+    )
+    return [f"accuracy {percent(accuracy.target)} picks {picked}{rounds}"]
 
 
 def path_length(setup: ProblemSetup) -> str:

@@ -33,8 +33,8 @@ from fretsolve.problem.setup.wear_warnings import warning_of_slip, warning_of_th
 from fretsolve.problem.setup.yield_warnings import foreseen_yield
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
-from fretsolve.result.verdict import Verdict, verdict_of
-from fretsolve.simulation.accuracy.rounds import Round
+from fretsolve.result.verdict import Verdict
+from fretsolve.simulation.accuracy.rounds import End, Round
 from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
 COMPILING = "compiling kernels, which takes up to 30 s the first time"
@@ -93,11 +93,11 @@ class QuietMessages:
         done = f"stopped with {increments} of {of}{counted(max(expected, increments), 'increment')} saved"
         print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
-    def end(self, reason: str = "") -> None:
-        """Print the outcome and where it is saved; reason: why no further round is solved."""
+    def end(self, last: End | None = None) -> None:
+        """Print the outcome and where it is saved; last: why no further round is solved, None after a failure."""
+        reached = None if last is None or last.verdict is None else replace(last.verdict, reason=last.reason)
         with open_result(self.out) as result:
-            reached = verdict_of(result.effective_case, result.history, result.cycle_columns)
-            self._report(result, replace(reached, reason=reason) if reached is not None and reason else reached)
+            self._report(result, reached)
 
     def _history(self, summary: Summary, errors: SummaryErrors | None) -> dict[str, Any]:
         """Return all that the history keeps of an increment: spots where they are counted, the actuator with a rig."""

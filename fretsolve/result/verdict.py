@@ -183,7 +183,8 @@ def verdict(
     peaks = [float(one.bars.max()) for one in bounded]
     worst = bounded[int(np.argmax(peaks))]  # the one with a NaN, if there is one
     index = int(np.argmax(worst.bars))
-    corrected, unseen = worst.column != worst.quantity, hides_energy(history)
+    corrected = worst.column != worst.quantity
+    unseen = "work_total" + ERROR_SUFFIX in history and hides_energy(history)
     found = Verdict(
         accuracy, float(worst.bars[index]), worst.quantity, worst.place(index), corrected, unbounded, unseen
     )

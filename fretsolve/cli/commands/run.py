@@ -74,7 +74,7 @@ def run_case(
             messages.stopped(writer.increments)
             return EXIT_STOPPED
         else:
-            messages.end(following.reason)
+            messages.end(following)
         told = {"quiet": quiet or log_json, "overwrite": overwrite and not was_complete, "missing": was_complete}
         return _beside(side, stop, loaded, writer, threads, **told)
 

@@ -247,7 +247,9 @@ def _about_room(setup: ProblemSetup) -> Iterator[str]:
 
 
 def _about_resolution(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of a contact or a stick zone that few cells lie across."""
+    """Warn of a contact or a stick zone that few cells lie across, unless error bars judge that."""
+    if setup.case.solver.accuracy is not None and setup.case.solver.error_bars:
+        return
     cells = cells_across(setup)
     if cells is not None and cells < FEWEST_CELLS:
         yield (

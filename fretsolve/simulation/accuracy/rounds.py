@@ -9,17 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fretsolve.case.dimensions import cell_counts
+from fretsolve.case.keys.accuracy_spec import OF_WORN
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
-from fretsolve.problem.setup.cost_estimate import estimate, require_memory
+from fretsolve.problem.setup.cost_estimate import estimate, require_memory, rounded_time
 from fretsolve.problem.setup.picked_settings import Picks, points_of_cells
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.verdict import POINTS_ORDER, Cycles, Judged, Verdict, judged, verdict
+from fretsolve.result.state import stage_ends
+from fretsolve.result.verdict import POINTS_ORDER, USUAL, Cycles, Judged, Verdict, judged, scales, verdict
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.arrays import DoubleArray
 
@@ -29,13 +31,19 @@ AIM = 0.8
 MOST_FINER, STEPS = 2.0, 48
 """The most times as many points per side, or increments, in the next round; how many factors up to this are tried."""
 
+UNKNOWN = 1.0
+"""Error of the first round, over the scale, where only another round can show it."""
+
 LOOK_AHEAD = 32.0
 """The most times as many of each that are considered when both have to grow."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """A round that is done: its picks, its increments, its worst bar with the quantity, and the seconds it took."""
+    """A round that is done: its picks, its increments, its worst bar with the quantity, and the seconds it took.
+
+    at_end: where there are no error bars, the value of each quantity at the end.
+    """
 
     points: tuple[int, int]
     refinement: float
@@ -43,6 +51,7 @@ class Record:
     worst: float
     quantity: str
     seconds: float
+    at_end: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -85,26 +94,49 @@ def next_round(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, 
     history: of the round; cycles: returns the columns of its table of cycles; seconds: that the round took.
     """
     accuracy, setup = done.asked.solver.accuracy, done.setup
-    if accuracy is None or not setup.case.solver.error_bars:
+    if accuracy is None or not (setup.case.solver.error_bars or setup.case.wear is not None):
         return End(None)
-    bars = judged(accuracy.of, history, cycles)
+    at_end: dict[str, float] = {}
+    if setup.case.solver.error_bars:
+        bars = judged(accuracy.of, history, cycles)
+    else:
+        bars, at_end = _against_the_last_round(done, history)
     found = verdict(accuracy.target, bars, history, setup.grid.shape[: len(setup.grid.axes)])
     if found.met or math.isnan(found.worst):
         return End(found)
     finer = _finer(done, [one for one in bars if one.quantity not in found.unbounded])
     if isinstance(finer, str):
         return End(found, finer)
-    record = Record(
-        setup.grid.shape,
-        setup.case.solver.refinement or 1.0,
-        setup.load_path.increments,
-        found.worst,
-        found.quantity,
-        seconds,
-    )
+    picked = setup.case.solver.refinement or 1.0, setup.load_path.increments
+    record = Record(setup.grid.shape, *picked, found.worst, found.quantity, seconds, at_end)
     following = Round(done.asked, set_up(done.asked, setup.compiled, finer), (*done.before, record))
     reason = _beyond(done, following, seconds)
     return End(found, reason) if reason else following
+
+
+def _against_the_last_round(done: Round, history: Mapping[str, DoubleArray]) -> tuple[list[Judged], dict[str, float]]:
+    """Return error bars at the end where no coarse runs give them, as with wear, and the values that they belong to.
+
+    The error is taken to fall with the first power of the cells' side from the last round to this one. In the first
+    round it is unknown, and counts as `UNKNOWN`. Stages in between stand for different cycles in each round.
+    """
+    accuracy, setup = done.asked.solver.accuracy, done.setup
+    assert accuracy is not None
+    last, ends = done.before[-1] if done.before else None, stage_ends(history["stage"])
+    known, end = scales(history, ends), ends[-1:]
+    at_end = {name: float(history[name][end[0]]) for name in accuracy.of or (*USUAL, *OF_WORN) if known.get(name)}
+    errors = dict.fromkeys(at_end, UNKNOWN)
+    if last is not None:
+        ratio = (math.prod(setup.grid.shape) / math.prod(last.points)) ** (1.0 / len(setup.grid.axes))
+        ratio = max(ratio, (setup.case.solver.refinement or 1.0) / last.refinement)
+        errors = {
+            name: abs(value - last.at_end[name]) / (known[name] * (ratio - 1.0)) for name, value in at_end.items()
+        }
+    number = history["stage"][end].astype(int)
+    bars = [
+        Judged(name, name, known[name], np.array([error]), np.zeros(1), number, end) for name, error in errors.items()
+    ]
+    return bars, at_end
 
 
 def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
@@ -116,6 +148,8 @@ def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
     points = setup.grid.shape
     if done.picks_points and cells > 1.0:
         points = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / cells, _finest_cell(setup)))
+    if not setup.case.solver.error_bars:  # the errors of both are seen as one
+        increments = cells
     refined = done.picks_increments and increments > 1.0
     if math.prod(points) <= math.prod(setup.grid.shape) and not refined:
         if done.picks_points and cells > 1.0:
@@ -166,25 +200,17 @@ def _beyond(done: Round, following: Round, seconds: float) -> str:
     assert accuracy is not None
     most, count = accuracy.at_most, math.prod(setup.grid.shape)
     expected = seconds * estimate(setup).seconds / estimate(done.setup).seconds
-    cost = f"{cell_counts(setup.grid.shape)} points and about {in_words(expected)}"
+    cost = f"{cell_counts(setup.grid.shape)} points and about {rounded_time(expected)}"
     if count > most.cells:
         return f"the next round would take {cost}, and at_most.cells is {most.cells}"
     spent = sum(one.seconds for one in following.before)
     if most.time is not None and spent + expected > most.time:
-        return f"the next round would take {cost}, and {in_words(most.time - spent)} of at_most.time are left"
+        return f"the next round would take {cost}, and {rounded_time(most.time - spent)} of at_most.time are left"
     try:
         require_memory(setup)
     except CaseError as error:
         return f"the next round would take {cost}: {error.message}"
     return ""
-
-
-def in_words(seconds: float) -> str:
-    """Return a time in seconds, minutes or hours."""
-    for unit, size in (("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.2g} {unit}"
-    return f"{max(seconds, 0.0):.2g} s"
 
 
 def seconds_of(history: Mapping[str, DoubleArray]) -> float:
