@@ -67,19 +67,17 @@ class StageGrading:
     """The motion of the edges in a stage, and the grading that follows from it.
 
     edge_motion: the whole motion, 1 if a contact or a stick zone grows from nothing or vanishes; progress: a quantity
-    that grows by the same amount in each increment, at `SHARES`, ``(n,)``; slip_width: width of the slip annulus under
-    a tangential force, over the contact radius, 0 if unknown.
+    that grows by the same amount in each increment, at `SHARES`, ``(n,)``.
     """
 
     edge_motion: float
     progress: DoubleArray
-    slip_width: float
 
     @classmethod
-    def from_moves(cls, moves: DoubleArray, slip_width: float = 0.0) -> StageGrading:
+    def from_moves(cls, moves: DoubleArray) -> StageGrading:
         """Grade a stage by the edge motion from each of `SHARES` to the next, ``(n - 1,)``."""
         motion = np.concatenate([[0.0], np.cumsum(moves)])
-        return cls(float(motion[-1]), motion + _EVENLY + _TO_THE_END, slip_width)
+        return cls(float(motion[-1]), motion + _EVENLY + _TO_THE_END)
 
     def share(self, part: float) -> float:
         """Return the share of the stage that is done after `part` of its increments."""
@@ -166,7 +164,7 @@ def _estimated(
     force = np.hypot(qx - branch.start.real, qy - branch.start.imag)
     limit = branch.span * friction * load
     ratio = laws.stick_ratio(np.divide(force, limit, out=np.ones_like(force), where=limit > force))
-    return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)), 1.0 - float(ratio.min()))
+    return StageGrading.from_moves(moves + np.abs(np.diff(radius * ratio)))
 
 
 def _between(before: Loads, after: Loads, name: str, course: Course) -> DoubleArray:

@@ -126,16 +126,6 @@ class LoadPath:
         wanted = INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion * self._refinement
         return max(DRAWN_INCREMENTS, math.ceil(wanted - 1e-9))  # less the rounding error
 
-    @property
-    def needed(self) -> tuple[int, ...]:
-        """The number of increments that the slip of each stage needs, 1 where the path has no effect."""
-        return tuple(self._needed(stage.index, stage.path_dependent) for stage in self._planned)
-
-    @property
-    def slip_width(self) -> float:
-        """Largest width of a slip annulus by Cattaneo and Mindlin, over the contact radius, 0 if they do not apply."""
-        return max((grading.slip_width for grading in self._gradings), default=0.0) if self._model.has_shear else 0.0
-
     def _place(self, planned: list[_PlannedStage]) -> None:
         """Let stages follow each other, and set the attributes of each stage."""
         self._planned = planned

@@ -20,9 +20,13 @@ from fretsolve.system.arrays import DoubleArray
 def run(
     case: Case | ProblemSetup, start: State | None = None, history: Sequence[Summary] = (), threads: int = 1
 ) -> Iterator[State]:
-    """Solve `case` and yield a `State` per increment, as `fretsolve.simulation.simulation.run` does.
+    """Solve `case` and yield a `State` per increment, each certified.
 
-    With an accuracy the rounds that it takes are solved first, and the states of the last one are kept in memory.
+    With an accuracy all its rounds are solved first, and the states of the last one are kept in memory.
+
+    start, history: the last state and the summaries of all increments so far, to go on from; threads: number of threads
+    that share the transforms, on which no bit of a state depends.
+    Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
     """
     if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
         return iter(solved(case, threads)[1])

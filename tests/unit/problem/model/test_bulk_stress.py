@@ -102,6 +102,6 @@ class TestLoadPath:
         assert slipping_stages(setup) == (False, True)
         out_of_phase, _ = load_path({"Qx": 20.0}, {"bulk_2": {"xx": 80.0}})
         assert out_of_phase.path_dependent
-        assert out_of_phase.needed[2] == 20
+        assert out_of_phase.counts[2] == 20
         pressed, _ = load_path({"bulk_2": {"xx": 80.0}}, {"P": 2.0 * LOAD})
         assert pressed.path_dependent

@@ -49,8 +49,6 @@ def test_increments_are_graded_and_counted_as_under_the_force():
         setup_of({"Qx": 25.0, "spacing": "graded", "increments": 12}, **parts),
         setup_of({"delta_x": 0.8437161e-3, "spacing": "graded", "increments": 12}, **parts),
     )
-    assert by_motion.load_path.needed == by_force.load_path.needed
-    assert by_motion.load_path.slip_width == pytest.approx(by_force.load_path.slip_width, rel=1e-6)
     forces, motions = (list(one.load_path.imposed_in_stages())[1][2] for one in (by_force, by_motion))
     # as the contact gives way more and more, the motion is behind the force
     assert all(motion < force for motion, force in zip(motions[:-1], forces[:-1], strict=True))
