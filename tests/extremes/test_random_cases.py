@@ -255,6 +255,7 @@ def on_rigs(draw: Any) -> Parts:
 
 @examples(25)
 @given(on_rigs())
+@pytest.mark.slow
 def test_rigs_and_layers_are_certified_lawful_and_balance_their_energy(parts: Parts) -> None:
     run = solved(parts)
     assume(run is not None)

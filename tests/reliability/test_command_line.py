@@ -112,6 +112,7 @@ def test_random_kills_lose_nothing(case: Path, uninterrupted: Path) -> None:
             done = 0
 
 
+@pytest.mark.slow
 def test_second_signal_stops_at_once(case: Path, uninterrupted: Path) -> None:
     """Though the run waits for a reader of its lines."""
     with start_and_wait(case) as process:
@@ -143,6 +144,7 @@ def test_second_run_on_the_same_output_is_refused(case: Path) -> None:
     assert messages.endswith("a stopped run is there: --resume goes on with it, --overwrite starts anew\n")
 
 
+@pytest.mark.slow
 def test_full_disk(case: Path, uninterrupted: Path) -> None:
     """The disk is full once some increments are saved, and the run waits to tell them."""
     out = case.with_suffix(".h5")

@@ -151,6 +151,7 @@ def test_a_sweep_names_damaged_files_beside_results(made: Path, tmp_path: Path, 
     assert invoke("sweep", "run", tmp_path / "s.yaml", "-q").exit_code == 0
 
 
+@pytest.mark.slow
 def test_a_file_of_another_result_is_neither_read_nor_replaced(folder: Path) -> None:
     other = write_case(folder, CASE.replace("friction: 0.3", "friction: 0.5"))
     assert invoke("run", other, "-q").exit_code == 0
@@ -172,6 +173,7 @@ def test_a_link_that_leads_nowhere_is_not_replaced(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ENDINGS[1:])
+@pytest.mark.slow
 def test_a_file_made_during_a_resumed_run_is_not_replaced(
     folder: Path, ending: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

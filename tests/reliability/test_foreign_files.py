@@ -146,6 +146,7 @@ def test_what_a_link_leads_to_is_not_written(tmp_path: Path, words: tuple[str, .
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg", "gif"])
+@pytest.mark.slow
 def test_only_pictures_of_fretsolve_are_replaced(tmp_path: Path, ending: str) -> None:
     out, target = write_fake(tmp_path / "out.h5", increments=3), tmp_path / f"t.{ending}"
     words = ("plot", out, "animate" if ending == "gif" else "loop", "-o", target)
@@ -241,6 +242,7 @@ class OsWithoutHardLinks(LateOs):
         *((words, OsWithoutHardLinks) for words in ("run", "csv", "stress")),
     ],
 )
+@pytest.mark.slow
 def test_a_file_that_appears_at_the_last_moment(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, kind: type[LateOs]
 ) -> None:
@@ -286,6 +288,7 @@ def test_a_file_system_without_hard_links(tmp_path: Path, monkeypatch: pytest.Mo
     assert sorted(path.name for path in tmp_path.iterdir()) == ["case.h5", "case.yaml"]
 
 
+@pytest.mark.slow
 def test_stresses_of_a_run_replace_no_other_file(tmp_path: Path) -> None:
     case, own = write_case(tmp_path, f"{CASE}output: {{stress: {{}}}}\n"), tmp_path / "case.stress.h5"
     own.write_text(TEXT)

@@ -139,6 +139,7 @@ def test_only_regular_files_are_maps(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("silent", [False, True])
+@pytest.mark.slow
 def test_a_pipe_that_gives_no_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, silent: bool) -> None:
     monkeypatch.setattr(files, "PIPE_SECONDS", 0.2)
     pipe, out = tmp_path / "pipe.yaml", write_fake(tmp_path / "out.h5")

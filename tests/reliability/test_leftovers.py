@@ -21,6 +21,7 @@ def names(folder: Path) -> set[str]:
     return {path.name for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_a_resume_clears_what_a_kill_has_left(tmp_path: Path) -> None:
     case = write_case(tmp_path, TWO_CYCLES + SIDES)
     out = result_of(case)

@@ -116,6 +116,7 @@ def test_hertz_and_mindlin(mindlin, name, order, finest):
 
 
 @pytest.mark.parametrize(("name", "order", "finest"), [("phi_z", 1.3, 2e-4), ("q", 1.2, 4e-3), ("radial q", 1.0, 4e-3)])
+@pytest.mark.slow
 def test_lubkin(torsion, name, order, finest):
     assert torsion.order(name) > order
     assert torsion[name][-1] < finest

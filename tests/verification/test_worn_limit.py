@@ -12,6 +12,8 @@ from solving import FRICTION, LOAD, MATERIAL, RADIUS, solve_last
 
 from fretsolve.reference.worn_contact import worn_limit_at_force
 
+pytestmark = pytest.mark.slow
+
 LIMIT = worn_limit_at_force(LOAD, 35.0, FRICTION, RADIUS, MATERIAL.contact_modulus)  # c = a0/2
 POINTS = (32, 64, 128)
 SIZES = (2.2, 2.26, 2.32, 2.38, 2.44, 2.5)

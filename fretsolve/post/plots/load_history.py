@@ -105,14 +105,17 @@ def cycles(result: Result, moved: MovedLoad) -> list[LoadCycle]:
     return found
 
 
-def chosen_stage_ends(result: Result) -> list[int]:
-    """Return the increments with fields at the ends of stages, and the last one; of many the first and last few."""
+def stored_stage_ends(result: Result) -> list[int]:
+    """Return the increments with fields at the ends of stages, and the last one."""
     require_increments(result)
     ends = [step for step in stage_ends(result.history["stage"]).tolist() if step in result.steps]
-    if result.steps and result.steps[-1] not in ends:
-        ends.append(result.steps[-1])
+    return ends if not result.steps or result.steps[-1] in ends else [*ends, result.steps[-1]]
+
+
+def chosen_stage_ends(result: Result) -> list[int]:
+    """Return `stored_stage_ends`, of many the first and last few."""
     # of a long path: pressed, first loaded, and the last cycle
-    return list(map(int, first_and_last(np.array(ends, int), most=6, first=2)))
+    return list(map(int, first_and_last(np.array(stored_stage_ends(result), int), most=6, first=2)))
 
 
 def load_texts(result: Result, steps: Sequence[int], *, plain: bool = False) -> list[str]:

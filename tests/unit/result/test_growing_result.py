@@ -69,6 +69,7 @@ def test_a_growing_result_is_exported(
         np.testing.assert_array_equal(arrays["gap"], [states[3].fields.gap, states[5].fields.gap])
 
 
+@pytest.mark.slow
 def test_a_growing_result_is_drawn(tmp_path: Path, opened: Opened, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plot, "open_result", opened)
     done = invoke("plot", tmp_path / "out.h5", "map", "--dpi", 20, "-o", tmp_path / "p.png")

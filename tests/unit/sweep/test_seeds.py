@@ -16,6 +16,8 @@ CASE = (
     SPHERE.replace("{sphere: {radius: 10 mm}}", f"\n  {ROUGH}").replace("points: 16", "points: 20, size: 0.6 mm")
     + "load_path: [{P: 100 N}]\n"
 )
+
+pytestmark = pytest.mark.slow
 SWEEP = """\
 case: case.yaml
 axes:

@@ -115,6 +115,7 @@ def test_equal_cases_are_run_once(tmp_path: Path) -> None:
     assert len(list((tmp_path / "sweep.sweep" / "results").iterdir())) == 1
 
 
+@pytest.mark.slow
 def test_error_bars_corrected_values_and_common_settings(tmp_path: Path) -> None:
     sweep = """\
 case: case.yaml

@@ -15,6 +15,8 @@ from fretsolve.sweep.plan import make_sweep_plan
 from fretsolve.sweep.plot import running_condition_map
 from fretsolve.sweep.table import collect
 
+pytestmark = pytest.mark.slow
+
 PATH = "load_path: [{P: 400 N}, {cycle: {amplitude: {actuator_x: 1 um}, times: 1, increments: 4}}]\n"
 CASE = SPHERE.replace("points: 16", "points: 12") + PATH + "rig: {stiffness_x: 50 kN/mm}\n"
 SWEEP = """\

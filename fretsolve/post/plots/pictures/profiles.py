@@ -23,7 +23,7 @@ from fretsolve.post.plots.labels import (
     short_number,
     unit_of,
 )
-from fretsolve.post.plots.load_history import chosen_stage_ends, load_texts
+from fretsolve.post.plots.load_history import chosen_stage_ends, load_texts, stored_stage_ends
 from fretsolve.post.plots.pictures.maps import draw_panel, outline_key, scale_of
 from fretsolve.post.plots.reference import closed_forms, hertz_pressure, shear_form, slip_form, worn_limit
 from fretsolve.post.plots.snapshot import (
@@ -103,8 +103,8 @@ def profiles(
         for axes, (name, _) in panels:
             if name == "pressure":
                 axes.set_ylim(bottom=0.0)  # once both panels of the row have their curves
-        stored = len(result.steps)
-        drawn.heading(title_of(result), f"{len(chosen)} of {stored} increments with fields" * (len(chosen) < stored))
+        ends = 0 if steps else len(stored_stage_ends(result))
+        drawn.heading(title_of(result), f"the ends of {len(chosen)} of {ends} stages" * (len(chosen) < ends))
         # each label once, closed forms last
         labelled = [pair for axes in drawn.axes for pair in zip(*axes.get_legend_handles_labels(), strict=True)]
         handles = {label: handle for handle, label in reversed(labelled)}

@@ -82,6 +82,7 @@ def test_the_file_opens_in_xarray_and_holds_the_direct_sum(folder: Path, tmp_pat
                     np.testing.assert_allclose(found, exact, rtol=0, atol=2e-4)  # single precision
 
 
+@pytest.mark.slow
 def test_defaults_and_choices(folder: Path, tmp_path: Path) -> None:
     """The ends of all stages, graded depths from the surface on, the contact with a margin."""
     with open_result(folder / "case.h5") as result:
@@ -150,6 +151,7 @@ def test_what_a_result_may_lack(tmp_path: Path) -> None:
     assert (done.exit_code, "largest von Mises" in done.stdout) == (0, True), done.stderr
 
 
+@pytest.mark.slow
 def test_pictures(folder: Path, tmp_path: Path) -> None:
     done = invoke("plot", folder / "case.h5", "stress-map", "stress-cycle", "-o", f"{tmp_path}/")
     assert done.exit_code == 0, done.stderr
@@ -184,6 +186,7 @@ def test_cells_beyond_the_grid_hold_the_direct_sum(folder: Path, tmp_path: Path)
     assert "--window has no effect on a file of stresses" in refused(2, "fatigue", out, *words)
 
 
+@pytest.mark.slow
 def test_pictures_of_either_body(folder: Path, tmp_path: Path) -> None:
     with open_result(folder / "case.h5") as result:
         last = result.steps[-1]

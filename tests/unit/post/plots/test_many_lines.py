@@ -140,9 +140,12 @@ def test_increments_on_an_axis_are_whole_numbers() -> None:
     assert axes.xaxis.get_offset_text().get_text() == ""
 
 
-def test_profiles_say_of_how_many_increments_they_are_some(results: dict[str, Result]) -> None:
+def test_profiles_say_of_how_many_stages_they_are_some(
+    results: dict[str, Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Unless increments are asked for."""
     result = results["fretting"]
-    steps = result.steps[:2]
-    told = heading(plots.profiles(result, steps=steps))
-    assert f"2 of {len(result.steps)} increments with fields" in told
-    assert "with fields" not in heading(plots.profiles(result, steps=result.steps))
+    assert "stages" not in heading(plots.profiles(result))
+    monkeypatch.setattr("fretsolve.post.plots.pictures.profiles.stored_stage_ends", lambda _: list(range(5001)))
+    assert "the ends of 6 of 5001 stages" in heading(plots.profiles(result))
+    assert "stages" not in heading(plots.profiles(result, steps=result.steps[:2]))
