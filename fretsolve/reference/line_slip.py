@@ -228,7 +228,7 @@ class LineShear(MasingPath[LinePartialSlip]):
 
 @dataclass(frozen=True)
 class LineMotion(MasingPath[float]):
-    """How far points deep in both bodies move past each other along x under a path of forces Qx, at constant load.
+    """The motion of points deep in both bodies past each other along x under a path of forces Qx, at constant load.
 
     A surface moves against a point at depth d by the integral of q [ln(d/|x - s|) + 1/(2 (1 - nu))] for d >> a, which
     the stick zone does as a whole (Johnson, eq. 5.56, for shear). So mu times the potentials of pressures gives it.

@@ -34,7 +34,7 @@ BESIDE_NOTICE = "stopped; the result is whole, and --resume writes what else the
 
 
 class Stopped(BaseException):
-    """A signal has come in a block that `StopRequest.at_once` ends."""
+    """A signal has come in a block that `StopRequest.until_signal` ends."""
 
 
 def end_by(number: signal.Signals) -> None:
@@ -99,7 +99,7 @@ class StopRequest(AbstractContextManager["StopRequest"]):
             signal.signal(number, signal.SIG_IGN if self.requested else handler)
 
     @contextmanager
-    def at_once(self) -> Iterator[None]:
+    def until_signal(self) -> Iterator[None]:
         """Raise `Stopped` in the block when a signal comes, or if one has come before: what it has begun is removed."""
         if self.requested:
             raise Stopped

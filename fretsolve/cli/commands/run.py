@@ -116,7 +116,7 @@ def _beside(side: ModuleType | None, stop: StopRequest, *order: Any, **options: 
     """Write the side outputs, if there are any, unless a signal has come or comes meanwhile; return the exit code."""
     if side is not None:
         try:
-            with stop.at_once():
+            with stop.until_signal():
                 side.write_side_outputs(*order, **options)
         except Stopped:
             return EXIT_STOPPED

@@ -77,7 +77,7 @@ class ProblemSetup:
 
     @cached_property
     def on_rig(self) -> RigForms | None:
-        """What closed forms know of the contact on its rig, or of a line's motion; None without rig or depth."""
+        """The closed forms of the contact on its rig, or of a line's motion; None without rig or depth."""
         if not moves_with_loads(self.case):
             return None
         from fretsolve.problem.setup.rig_forms import RigForms  # other cases do not need them

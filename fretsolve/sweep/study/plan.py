@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -191,8 +190,9 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
     costliest = finest([one for one in cases if all(one.settings[key] == values[0] for key, values in changing)])
     setup = costliest.setup
     stages = min((one.setup.load_path.stages for one in cases), key=len)
-    named = [int(number) for number in re.findall(r"@\s*(\d+)", " ".join(quantities))]
-    known = known_values(kind, setup, {*last_repetitions(stages).values(), *named})
+    judged = sorted(last_repetitions(stages).values())
+    named = (one.stage for text in quantities for one in read_quantities(text, judged, len(stages)))
+    known = known_values(kind, setup, {*judged, *named})
     compared, unknown = compared_quantities(quantities, stages, setup, kind, known)
     if not compared:
         raise CaseError("nothing to compare; name it with --quantity, such as --quantity delta_z", (), case)

@@ -39,7 +39,7 @@ def test_first_signal_is_noted_and_announced_once(number: signal.Signals, capfd:
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_ends_what_can_be_made_again_at_once(number: signal.Signals, capfd: pytest.CaptureFixture) -> None:
     done = []
-    with StopRequest() as stop, pytest.raises(Stopped), stop.at_once():
+    with StopRequest() as stop, pytest.raises(Stopped), stop.until_signal():
         done.append("begun")
         signal.raise_signal(number)
         done.append("not reached")
@@ -50,7 +50,7 @@ def test_a_signal_ends_what_can_be_made_again_at_once(number: signal.Signals, ca
 def test_what_can_be_made_again_is_not_begun_after_a_signal() -> None:
     with StopRequest(notice="") as stop:
         signal.raise_signal(signal.SIGTERM)
-        with pytest.raises(Stopped), stop.at_once():
+        with pytest.raises(Stopped), stop.until_signal():
             raise AssertionError("it is not begun")
 
 

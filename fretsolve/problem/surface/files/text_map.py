@@ -48,7 +48,7 @@ _LINE_END = "\r\n\x1a"
 
 @dataclass(frozen=True)
 class Layout:
-    """How a file is written. header: its first lines, without numbers. separator: of numbers, None for blanks."""
+    """The layout of a file. header: its first lines, without numbers. separator: of numbers, None for blanks."""
 
     header: tuple[str, ...]
     separator: str | None
