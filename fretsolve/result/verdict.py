@@ -54,9 +54,9 @@ POINTS_ORDER, MOST_REFINED = 1.4, 4.0
 """Order by which error bars fall with the points per side, and the most times as many points or increments that are
 advised. Of more it is only said that they are needed."""
 
-INCREMENTS_SHARE = 0.5
-"""Correction over the bar of a corrected value from which more increments are advised, rather than points: 0.7 times
-the correction is a part of that bar."""
+LEFT = 0.5
+"""The part of the error by the increments that corrected values keep. Errors of first order would leave next to
+nothing."""
 
 POINTS_DIVISOR = 6
 """Picked or advised points are a multiple of this number, so that the coarse runs have a half and a third of them."""
@@ -112,15 +112,15 @@ class Verdict:
 class Judged:
     """The error bars of a quantity where it is judged: at the ends of stages, or of cycles.
 
-    bars, changes: error bars, and the sizes of the corrections for the number of increments, over the scale (n,); of a
-    cycle the latter are 0. numbers: of the stages or cycles; steps: the last increments, none of cycles.
+    bars, by_increments: error bars and their parts by the increments, over the scale (n,); the rest is by the cells.
+    numbers: of the stages or cycles; steps: the last increments, none of cycles.
     """
 
     quantity: str
     column: str
     scale: float
     bars: DoubleArray
-    changes: DoubleArray
+    by_increments: DoubleArray
     numbers: IndexArray
     steps: IndexArray | None = None
 
@@ -144,19 +144,26 @@ def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles
     found = []
     for name in of or USUAL:
         if known.get(name, 0.0) > 0.0 and not _is_nothing(name, history, ends):
-            column, scale = best_column(name, history), known[name]
-            bars, change = history[column + ERROR_SUFFIX][ends], history[column][ends] - history[name][ends]
-            changes = np.nan_to_num(np.abs(change) / scale)
+            bars, by_increments = (part[ends] / known[name] for part in _parts(name, history))
             numbers = history["stage"][ends].astype(int)
-            found.append(Judged(name, column, scale, bars / scale, changes, numbers, ends))
+            found.append(Judged(name, best_column(name, history), known[name], bars, by_increments, numbers, ends))
     of_cycles = [name for name in of if name in CYCLES_WITH_BARS]
     table = (cycles() if of_cycles else None) or {}
     for name in of_cycles:
         column = best_column(name, table)
         if (scale := float(np.nanmax(np.abs(table.get(column, np.zeros(1))), initial=0.0))) > 0.0:
-            bars = table[column + ERROR_SUFFIX] / scale
-            found.append(Judged(name, column, scale, bars, np.zeros(len(bars)), table["cycle"]))
+            found.append(Judged(name, column, scale, *(part / scale for part in _parts(name, table)), table["cycle"]))
     return found
+
+
+def _parts(name: str, columns: Mapping[str, Any]) -> tuple[DoubleArray, DoubleArray]:
+    """Return the error bars of the best values of a quantity, and their parts by the increments.
+
+    The squares of both bars differ by what the correction takes off the square of the part by the increments.
+    """
+    as_run, best = (columns[column + ERROR_SUFFIX] for column in (name, best_column(name, columns)))
+    taken = np.maximum(np.nan_to_num(as_run**2 - best**2), 0.0)
+    return best, LEFT * np.sqrt(taken / (1.0 - LEFT**2))
 
 
 def verdict_of(effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray], cycles: Cycles) -> Verdict | None:
@@ -221,7 +228,7 @@ def _with_advice(
     if math.isnan(missed.worst):
         return missed
     factor = missed.worst / missed.accuracy
-    if worst.changes[index] > INCREMENTS_SHARE * missed.worst:
+    if worst.by_increments[index] ** 2 > 0.5 * missed.worst**2:
         stage = int(worst.numbers[index])
         if factor > MOST_REFINED:  # error bars fall with the first power of the increments
             return replace(missed, far=f"increments of stage {stage}")

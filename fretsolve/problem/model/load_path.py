@@ -103,7 +103,7 @@ class LoadPath:
             path_dependent = _depends_on_path(stage, moved, model)
             self.path_dependent |= path_dependent
             drawn = DRAWN_INCREMENTS if model.has_shear and moved and _moves(stage) else 1
-            count = stage.increments or max(drawn, self._needed(index, path_dependent))
+            count = stage.increments or (self._needed(index) if path_dependent else drawn)
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             grading = self._gradings[index] if spacing == "graded" else None
             self._planned.append(_PlannedStage(index, stage, count, path_dependent, before, after, grading))
@@ -119,12 +119,10 @@ class LoadPath:
         contact = self._at_contact
         return tuple(stage_gradings(self._model.friction, contact.imposed, laws, contact.course))
 
-    def _needed(self, index: int, path_dependent: bool) -> int:
-        """Return the number of increments that the slip of a stage needs."""
-        if not path_dependent:
-            return 1
-        wanted = INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion * self._refinement
-        return max(DRAWN_INCREMENTS, math.ceil(wanted - 1e-9))  # less the rounding error
+    def _needed(self, index: int) -> int:
+        """Return the number of increments of a stage whose slip depends on them."""
+        usual = max(DRAWN_INCREMENTS, INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion)
+        return math.ceil(usual * self._refinement - 1e-9)  # less the rounding error
 
     def _place(self, planned: list[_PlannedStage]) -> None:
         """Let stages follow each other, and set the attributes of each stage."""

@@ -28,14 +28,15 @@ from fretsolve.system.arrays import DoubleArray
 AIM = 0.8
 """Part of the accuracy at which a round aims: orders are estimates, and a round that misses narrowly is lost."""
 
-MOST_FINER, STEPS = 2.0, 48
-"""The most times as many points per side, or increments, in the next round; how many factors up to this are tried."""
+MOST_FINER = 2.0
+"""The most times as many points per side, or increments, in the next round."""
 
 UNKNOWN = 1.0
 """Error of the first round, over the scale, where only another round can show it."""
 
-LOOK_AHEAD = 32.0
-"""The most times as many of each that are considered when both have to grow."""
+POINTS_TRIED, INCREMENTS_TRIED = np.geomspace(1.0, 32.0, 48), np.geomspace(1.0, 32.0, 11)
+"""Factors on the points per side and on the increments that are considered, also beyond the next round. By the first
+one above 1 each stage gets an increment more."""
 
 
 @dataclass(frozen=True)
@@ -170,28 +171,19 @@ def _finest_cell(setup: ProblemSetup) -> float:
 
 
 def _factors(setup: ProblemSetup, bars: Sequence[Judged], aim: float) -> tuple[float, float]:
-    """Return the factors on points per side and on increments that are cheapest and bring all bars within `aim`.
-
-    A part of a bar is of the increments: as much as the correction for them, which remains of an error bar
-    (docs/error_bars.md), and the largest one so far, since it stays behind.
-    """
-    tried = np.geomspace(1.0, LOOK_AHEAD, STEPS)
-    fewest = np.minimum.accumulate(setup.load_path.counts)
-    left = np.zeros((STEPS, STEPS))
+    """Return the factors on points per side and on increments that are cheapest and bring all bars within `aim`."""
+    points, left = POINTS_TRIED[:, None], np.zeros((len(POINTS_TRIED), len(INCREMENTS_TRIED)))
     for one in bars:
-        changes = np.maximum.accumulate(one.changes) if setup.load_path.path_dependent else 0.0 * one.bars
-        few = fewest[one.numbers - 1] if one.steps is not None else fewest[-1]
-        of_increments = np.minimum((1.0 + 1.0 / few) * changes, one.bars)
-        of_cells = np.sqrt(one.bars**2 - of_increments**2)
-        for cell, increment in zip(of_cells, of_increments, strict=True):
-            left = np.maximum(left, np.hypot(cell * tried[:, None] ** -POINTS_ORDER, increment / tried))
+        by_cells = np.sqrt(np.maximum(one.bars**2 - one.by_increments**2, 0.0))
+        for cell, increment in zip(by_cells, one.by_increments, strict=True):
+            left = np.maximum(left, np.hypot(cell * points**-POINTS_ORDER, increment / INCREMENTS_TRIED))
     # Applications per increment grow with the root of the points per side.
-    cost = tried[:, None] ** (len(setup.grid.axes) + 0.5) * tried
+    cost = points ** (len(setup.grid.axes) + 0.5) * INCREMENTS_TRIED
     cheapest = np.where(left <= aim, cost, np.inf)
     if not np.isfinite(cheapest).any():
         return MOST_FINER, MOST_FINER
-    cells, increments = np.unravel_index(np.argmin(cheapest), cheapest.shape)
-    return min(float(tried[cells]), MOST_FINER), min(float(tried[increments]), MOST_FINER)
+    at, of = np.unravel_index(np.argmin(cheapest), cheapest.shape)
+    return min(float(POINTS_TRIED[at]), MOST_FINER), min(float(INCREMENTS_TRIED[of]), MOST_FINER)
 
 
 def _beyond(done: Round, following: Round, seconds: float) -> str:

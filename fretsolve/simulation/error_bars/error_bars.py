@@ -25,6 +25,7 @@ from fretsolve.problem.model.rig import MOTIONS, RESULTANTS, Rig
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.history import History
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, State, Summary, SummaryErrors
+from fretsolve.result.verdict import LEFT
 from fretsolve.simulation.error_bars.coarse_runs import (
     CORRECTABLE,
     TOTAL,
@@ -38,9 +39,9 @@ from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.simulation import run
 from fretsolve.system.arrays import BoolArray, DoubleArray
 
-INCREMENTS, LEFT = 2.0, 0.5
-"""Factor on the error of the increments that coarse runs show, doubled where a stage has one increment, and the part
-of this error that corrected values keep. Errors of first order would take 1, and keep next to nothing."""
+INCREMENTS = 2.0
+"""Factor on the error of the increments that coarse runs show, doubled where a stage has one increment. Errors of first
+order would take 1."""
 
 LINKED = 0.1
 """Least relative error of tangential values and of the stick radius over the energy's error by the increments."""
