@@ -162,7 +162,7 @@ def _parts(name: str, columns: Mapping[str, Any]) -> tuple[DoubleArray, DoubleAr
     The squares of both bars differ by what the correction takes off the square of the part by the increments.
     """
     as_run, best = (columns[column + ERROR_SUFFIX] for column in (name, best_column(name, columns)))
-    taken = np.maximum(np.nan_to_num(as_run**2 - best**2), 0.0)
+    taken = np.subtract(as_run**2, best**2, out=np.zeros(len(best)), where=np.isfinite(best) & (as_run > best))
     return best, LEFT * np.sqrt(taken / (1.0 - LEFT**2))
 
 

@@ -14,7 +14,10 @@ from fretsolve.system.arrays import BoolArray, grown
 
 
 def about_maps(setup: ProblemSetup) -> Iterator[str]:
-    """Warn of rough surfaces that are steep, have few points per wave, or are finer than the cells."""
+    """Warn of rough surfaces that are steep, have few points per wave, or are finer than the cells.
+
+    Where an accuracy judges error bars, they have what the cells miss.
+    """
     kinds = {surface.kind for surface in setup.case.surface}
     if not kinds & {"heights", "roughness"}:
         return
@@ -29,6 +32,8 @@ def about_maps(setup: ProblemSetup) -> Iterator[str]:
     for place, height_map in placed_maps(setup.case.surface):
         for text in (*height_map.doubts, *point_warnings(measures_of(height_map))):
             yield f"{_typed_map(setup, place)}: {text}"
+    if setup.case.solver.accuracy is not None and setup.case.solver.error_bars:
+        return
     if (needed := heights.flattening_pressure((grid.dx, grid.dy))) > 0.0:
         resolving = cell_counts(heights.resolving_points(grid.size, grid.shape))
         coarse = " as far as the map does, which has few points per wave itself" if heights.too_coarse() else ""

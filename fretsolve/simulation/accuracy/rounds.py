@@ -197,7 +197,7 @@ def _beyond(done: Round, following: Round, seconds: float) -> str:
         return f"the next round would take {cost}, and at_most.cells is {most.cells}"
     spent = sum(one.seconds for one in following.before)
     if most.time is not None and spent + expected > most.time:
-        return f"the next round would take {cost}, and {rounded_time(most.time - spent)} of at_most.time are left"
+        return f"the next round would take {cost} after {rounded_time(spent)}, and at_most.time is {most.time:g} s"
     try:
         require_memory(setup)
     except CaseError as error:

@@ -185,7 +185,8 @@ def test_infinite_pressures_have_no_bound(tmp_path: Path) -> None:
     case = tmp_path / "cone.yaml"
     case.write_text(
         "surface: {cone: {angle: 2 deg}}\nfriction: 0\ngrid: {points: 16}\nload_path: [{P: 100 N}]\n"
-        "bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, rigid]\nsolver: {accuracy: 20 %, error_bars: true}\n"
+        "bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.3}, rigid]\n"
+        "solver: {accuracy: {target: 20 %, of: [delta_z, max_pressure]}}\n"
     )
     assert invoke("run", case).exit_code == 0
     out = case.with_suffix(".h5")

@@ -14,12 +14,12 @@ from fake_states import fake_header, write_fake
 from small_cases import write_case
 
 from fretsolve import load_case, open_result
-from fretsolve.cli.commands.run import run_header
 from fretsolve.post.export import FORMATS
 from fretsolve.post.export.deformed_surfaces import DeformedSurfaces, FlatError
 from fretsolve.result import HistoryWriter, Result
 from fretsolve.result.parts import parts_folder
 from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.run_to_file import run_header
 from fretsolve.simulation.simulation import run
 
 CASE = """\

@@ -22,7 +22,6 @@ from fretsolve.post.stress.cycles import cycles_of
 from fretsolve.problem.setup.wear_warnings import error_by_grid
 from fretsolve.result import Result, open_result
 from fretsolve.result.state import stage_ends
-from fretsolve.simulation.problem_setup import set_up
 
 ALPHA = 1e-7
 ROOT = Path(__file__).parents[4]
@@ -232,12 +231,13 @@ def test_long_slip_is_warned_of_once_whatever_the_surface(surface: str, told: st
 def test_a_stopped_run_says_about_how_many_increments_there_are(tmp_path: Path, capsys) -> None:
     from fretsolve.cli.run_messages import QuietMessages, TextMessages
     from fretsolve.problem.setup.cost_estimate import expected_increments
+    from fretsolve.simulation.accuracy.rounds import first_round
 
-    setup = set_up(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))
-    expected = expected_increments(setup)
-    assert expected < 200 < setup.load_path.increments
+    current = first_round(load_case(write_case(tmp_path, WORN.replace("jump: 5000", "jump: auto"))))
+    expected = expected_increments(current.setup)
+    assert expected < 200 < current.setup.load_path.increments
     for messages in (TextMessages, QuietMessages):
-        messages(setup, tmp_path / "worn.h5", 1, resume=False).stopped(7)
+        messages(current, tmp_path / "worn.h5", 1, resume=False).stopped(7)
         said = capsys.readouterr()
         assert f"stopped with 7 of about {expected} increments saved; to go on: fretsolve run" in said.err
         assert not said.out

@@ -1,4 +1,4 @@
-"""Height maps that are finer than the cells: warned of, in the error bars, and resolved by an accuracy."""
+"""Height maps that are finer than the cells: warned of, in the error bars, and no accuracy is met by them."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from solving import SPHERE, build
 
-from fretsolve.errors import CaseError
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings
+from fretsolve.simulation.accuracy.in_memory import solved
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
 from fretsolve.simulation.problem_setup import set_up
 
@@ -24,8 +24,12 @@ def ridges(folder: Path, wave: float = WAVE, height: float = HEIGHT, **parts: An
     """Return a sphere with ridges along y, on 72 x 72 cells of 9.9 um unless `parts` say otherwise."""
     file, x = folder / "ridges.npy", np.arange(-400, 401) * SPACING
     np.save(file, np.repeat(height * np.sin(2.0 * np.pi * x / wave)[:, None], 801, axis=1))
-    surface = [SPHERE, {"heights": {"file": str(file), "spacing": SPACING}}]
-    return set_up(build(**{"surface": surface, "grid": {"points": 72, "size": 0.71}, **parts}))
+    return set_up(build(**{"surface": surface_of(folder), "grid": {"points": 72, "size": 0.71}, **parts}))
+
+
+def surface_of(folder: Path) -> list[dict[str, Any]]:
+    """Return the sphere and the ridges that were saved last."""
+    return [SPHERE, {"heights": {"file": str(folder / "ridges.npy"), "spacing": SPACING}}]
 
 
 def warned(setup: ProblemSetup) -> list[str]:
@@ -95,31 +99,14 @@ def test_form_and_tilt_in_the_map_hide_nothing(tmp_path: Path) -> None:
         assert not warned(smooth)
 
 
-def test_noise_without_effect_takes_no_points(tmp_path: Path) -> None:
-    file = tmp_path / "noise.npy"
-    noise = np.random.default_rng(1).standard_normal((801, 801))
-    surface = [SPHERE, {"heights": {"file": str(file), "spacing": SPACING}}]
-    np.save(file, 1e-9 * noise)
-    assert set_up(build(surface=surface, grid={"size": 0.71}, solver={"accuracy": 0.05})).grid.nx == 36
-    np.save(file, 1e-4 * noise)
-    assert set_up(build(surface=surface, grid={"size": 0.71}, solver={"accuracy": 0.05})).grid.nx > 400
-
-
-def test_maps_that_would_take_too_many_points_are_refused(tmp_path: Path) -> None:
-    file = tmp_path / "fine.npy"
-    np.save(file, 1e-4 * np.random.default_rng(1).standard_normal((6000, 8)))
-    surface = [SPHERE, {"heights": {"file": str(file), "spacing": [1e-4, 0.1]}}]
-    with pytest.raises(CaseError, match=r"accuracy 5 % would take \d+ x \d+ points to resolve the height map"):
-        set_up(build(surface=surface, grid={"size": 0.6}, solver={"accuracy": 0.05}))
-    assert set_up(build(surface=surface, grid={"size": 0.6, "points": 64})).grid.nx == 64
-
-
-def test_accuracy_resolves_them(tmp_path: Path) -> None:
-    asked = {"accuracy": 0.02}
-    setup = ridges(tmp_path, grid={"size": 0.71}, solver=asked)
-    assert setup.grid.nx > 280
-    assert not warned(setup)
-    assert ridges(tmp_path, wave=0.1, grid={"size": 0.71}, solver=asked).grid.nx < 80
+def test_no_accuracy_is_met_by_cells_that_miss_waves(tmp_path: Path) -> None:
+    asked = {"accuracy": {"target": 0.05, "at_most": {"cells": 4000}}}
+    for wave, height, met in ((WAVE, HEIGHT, False), (WAVE, 1e-9, True), (0.1, HEIGHT, True)):
+        first = ridges(tmp_path, wave, height, grid={"size": 0.71}, solver=asked)
+        assert first.grid.nx < 40 and not warned(first)
+        last, _, end = solved(build(surface=surface_of(tmp_path), grid={"size": 0.71}, solver=asked))
+        assert end.verdict is not None and end.verdict.met == met
+        assert met or (end.verdict.worst > 0.5 and "at_most.cells is 4000" in end.reason), last.before
 
 
 @pytest.mark.slow

@@ -54,10 +54,6 @@ WARNINGS = {
     ("load_path.1={delta_x: 5 mm}",): "load_path: delta_x moves the surfaces by 17 contact radii",
     ("load_path.1={phi_z: 90 deg}",): "load_path: phi_z moves the surfaces by 1.6 contact radii",
     ("solver.tolerance=0.5",): "solver.tolerance: 0.5 lets the contact conditions be violated by 50 %",
-    ("solver={accuracy: 1 %}", "grid.points=48"): "grid.points: 48 x 48 are fewer than the 90 x 90 that accuracy 1 %",
-    (UNLIKE, "load_path=[{P: 400 N, increments: 30}]", "expect=[]", "solver={accuracy: 1 %}", "grid.points=160"): (
-        "stage.1.increments: 30 are fewer than the 35 that accuracy 1 % picks; leave them out to meet it"
-    ),
     ("solver={accuracy: 1 %, precision: single}", "grid.points=96"): (
         "solver.precision: single has too few digits for accuracy 1 % in many cases; take double, or an accuracy of 2 %"
     ),

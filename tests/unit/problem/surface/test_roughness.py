@@ -187,10 +187,10 @@ class TestGrid:
         setup = self.setup(tmp_path, "surface.1.roughness.rms_height=0.1 nm")
         assert not any("waves" in text for text in case_warnings(setup))
 
-    def test_accuracy_picks_ten_cells_per_wave(self, tmp_path: Path):
+    def test_first_round_of_an_accuracy_has_two_cells_per_wave(self, tmp_path: Path):
         text = case_text(SPANLESS, "{size: 0.5 mm}", "solver: {accuracy: 20 %}\n")
         setup = set_up(load_case(write_case(tmp_path, text)))
-        assert min(setup.grid.shape) >= 250
+        assert min(setup.grid.shape) == 54  # of 10 um, rounded up to a multiple of 6
         assert not any("waves" in text for text in case_warnings(setup))
 
     def test_rough_flat_alone_has_no_automatic_size(self, tmp_path: Path):
