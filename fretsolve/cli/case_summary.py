@@ -105,11 +105,9 @@ def accuracy_lines(setup: ProblemSetup) -> list[str]:
     picked = ", ".join(setup.picked) or "nothing: all settings are given"
     most, limits = accuracy.at_most, [f"{accuracy.at_most.cells} cells"]
     limits += [] if most.time is None else [rounded_time(most.time)]
-    rounds = (
-        f"; its rounds take at most {' and '.join(limits)}"
-        if setup.case.solver.error_bars or setup.case.wear is not None
-        else ""
-    )
+    refines = any(text.endswith(("points", "increments per stage")) for text in setup.picked)
+    judges = setup.case.solver.error_bars or setup.case.wear is not None
+    rounds = f"; its rounds take at most {' and '.join(limits)}" if refines and judges else ""
     return [f"accuracy {percent(accuracy.target)} picks {picked}{rounds}"]
 
 

@@ -67,7 +67,7 @@ class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
     worst: the largest bar over its scale, NaN where one is unknown; quantity, place: of what and where it is, such as
-    "at the end of stage 2"; corrected: whether the bar belongs to a corrected value; unbounded: quantities left out,
+    "at the end of stage 2", empty where nothing has a bar; corrected: whether the bar belongs to a corrected value; unbounded: quantities left out,
     since no bar holds them; unseen: whether the dissipated energy is left out, as it is 0 and may not be; advice: key
     and value of settings with which the accuracy may be met; far: of what it would take more than MOST_REFINED times
     as many; reason: why no finer run was made.
@@ -91,6 +91,8 @@ class Verdict:
 
     def __str__(self) -> str:
         asked = f"accuracy {percent(self.accuracy)}"
+        if not self.quantity:
+            return f"{asked} is not proved: all that it is about is 0 or unbounded"
         if math.isnan(self.worst):
             return f"{asked} is not proved: there is no error bar of {self.quantity} {self.place}"
         of = f"{'the corrected ' * self.corrected}{self.quantity} {self.place}"
@@ -186,7 +188,7 @@ def verdict(
     unbounded = tuple(one.quantity for one in bars if np.isinf(one.bars).any())
     bounded = [one for one in bars if one.quantity not in unbounded]
     if not bounded:
-        return Verdict(accuracy, math.nan, "what it is about", "in the result", False, unbounded)
+        return Verdict(accuracy, math.nan, "", "", False, unbounded)
     peaks = [float(one.bars.max()) for one in bounded]
     worst = bounded[int(np.argmax(peaks))]  # the one with a NaN, if there is one
     index = int(np.argmax(worst.bars))

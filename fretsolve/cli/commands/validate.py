@@ -84,7 +84,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
 
         yield from rig_lines(setup)
     yield from wear_lines(setup)
-    yield "\n# cost"
+    yield f"\n# cost{' of the first round' if setup.case.solver.accuracy is not None else ''}"
     yield from cost_lines(setup)
 
 

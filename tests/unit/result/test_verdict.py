@@ -56,6 +56,12 @@ def test_a_value_that_is_nothing_but_rounding_does_not_count(name: str) -> None:
     assert verdict({"accuracy": 0.01}, small).quantity == name
 
 
+def test_an_accuracy_of_nothing_that_counts_is_not_proved() -> None:
+    found = verdict({"accuracy": 0.01, "of": ("Mz",)}, history(Mz=np.zeros(4)))
+    assert not found.met
+    assert str(found) == "accuracy 1 % is not proved: all that it is about is 0 or unbounded"
+
+
 @pytest.mark.parametrize(("bar", "named"), [(1e-6, True), (1e-12, False)])
 def test_an_energy_that_no_cell_shows_does_not_count_and_is_named(bar: float, named: bool) -> None:
     """Where the value is 0 and its bar is not, but for rounding."""
