@@ -67,10 +67,10 @@ class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
     worst: the largest bar over its scale, NaN where one is unknown; quantity, place: of what and where it is, such as
-    "at the end of stage 2", empty where nothing has a bar; corrected: whether the bar belongs to a corrected value; unbounded: quantities left out,
-    since no bar holds them; unseen: whether the dissipated energy is left out, as it is 0 and may not be; advice: key
-    and value of settings with which the accuracy may be met; far: of what it would take more than MOST_REFINED times
-    as many; reason: why no finer run was made.
+    "at the end of stage 2", empty where nothing has a bar; corrected: whether the bar belongs to a corrected value;
+    unbounded: quantities left out, since no bar holds them; unseen: whether the dissipated energy is left out, as it is
+    0 and may not be; advice: key and value of settings with which the accuracy may be met; far: of what it would take
+    more than MOST_REFINED times as many; reason: why no finer run was made.
     """
 
     accuracy: float
@@ -154,7 +154,8 @@ def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles
     for name in of_cycles:
         column = best_column(name, table)
         if (scale := float(np.nanmax(np.abs(table.get(column, np.zeros(1))), initial=0.0))) > 0.0:
-            found.append(Judged(name, column, scale, *(part / scale for part in _parts(name, table)), table["cycle"]))
+            bars, by_increments = (part / scale for part in _parts(name, table))
+            found.append(Judged(name, column, scale, bars, by_increments, table["cycle"]))
     return found
 
 

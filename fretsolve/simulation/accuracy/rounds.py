@@ -31,6 +31,10 @@ AIM = 0.8
 MOST_FINER = 2.0
 """The most times as many points per side, or increments, in the next round."""
 
+IN_VAIN = 0.9
+"""Part of the errors by the increments that is left after two rounds with more increments, from which on more of them
+are in vain: by first order it is a half or less."""
+
 UNKNOWN = 1.0
 """Error of the first round, over the scale, where only another round can show it."""
 
@@ -43,6 +47,7 @@ one above 1 each stage gets an increment more."""
 class Record:
     """A round that is done: its picks, its increments, its worst bar with the quantity, and the seconds it took.
 
+    by_increments: the largest part of a bar by the increments, over the scale;
     at_end: where there are no error bars, the value of each quantity at the end.
     """
 
@@ -51,6 +56,7 @@ class Record:
     increments: int
     worst: float
     quantity: str
+    by_increments: float
     seconds: float
     at_end: Mapping[str, float] = field(default_factory=dict)
 
@@ -105,11 +111,12 @@ def next_round(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, 
     found = verdict(accuracy.target, bars, history, setup.grid.shape[: len(setup.grid.axes)])
     if found.met or math.isnan(found.worst):
         return End(found)
-    finer = _finer(done, [one for one in bars if one.quantity not in found.unbounded])
+    bounded = [one for one in bars if one.quantity not in found.unbounded]
+    finer = _finer(done, bounded)
     if isinstance(finer, str):
         return End(found, finer)
     picked = setup.case.solver.refinement or 1.0, setup.load_path.increments
-    record = Record(setup.grid.shape, *picked, found.worst, found.quantity, seconds, at_end)
+    record = Record(setup.grid.shape, *picked, found.worst, found.quantity, _by_increments(bounded), seconds, at_end)
     following = Round(done.asked, set_up(done.asked, setup.compiled, finer), (*done.before, record))
     reason = _beyond(done, following, seconds)
     return End(found, reason) if reason else following
@@ -142,21 +149,48 @@ def _against_the_last_round(done: Round, history: Mapping[str, DoubleArray]) -> 
 
 def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
     """Return finer points or increments, or why there are none."""
-    asked, setup = done.asked, done.setup
-    accuracy = asked.solver.accuracy
+    setup, accuracy = done.setup, done.asked.solver.accuracy
     assert accuracy is not None
-    cells, increments = _factors(setup, bars, AIM * accuracy.target)
-    points = setup.grid.shape
-    if done.picks_points and cells > 1.0:
-        points = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / cells, _finest_cell(setup)))
-    if not setup.case.solver.error_bars:  # the errors of both are seen as one
+    refinement, error_bars = setup.case.solver.refinement or 1.0, setup.case.solver.error_bars
+    finest = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / MOST_FINER, _finest_cell(setup)))
+    at_spacing = math.prod(finest) <= math.prod(setup.grid.shape)
+    more_points = done.picks_points and not at_spacing
+    more_increments = done.picks_increments and error_bars and not _increments_are_in_vain(done, bars)
+    cells, increments = _factors(setup, bars, accuracy.target, (more_points, more_increments))
+    if not error_bars and done.picks_increments:  # the errors of both are seen as one
         increments = cells
-    refined = done.picks_increments and increments > 1.0
-    if math.prod(points) <= math.prod(setup.grid.shape) and not refined:
-        if done.picks_points and cells > 1.0:
-            return "its cells are as small as the spacing of the height map, below which nothing is known"
-        return "the case gives its points and increments, which are kept"
-    return Picks(points, (setup.case.solver.refinement or 1.0) * (increments if refined else 1.0))
+    if cells == increments == 1.0:
+        return _why_not_finer(done, at_spacing and done.picks_points, done.picks_increments and not more_increments)
+    points = setup.grid.shape
+    if cells > 1.0:
+        points = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / cells, _finest_cell(setup)))
+    return Picks(points, refinement * increments)
+
+
+def _why_not_finer(done: Round, at_spacing: bool, in_vain: bool) -> str:
+    """Return why a round is not followed by a finer one. at_spacing, in_vain: whether cells, increments have an end."""
+    if at_spacing:
+        return "its cells are as small as the spacing of the height map, below which nothing is known"
+    if in_vain:
+        return "more increments, twice, have hardly made the error by the increments smaller"
+    given = {"points": not done.picks_points, "increments": done.setup.load_path.path_dependent}
+    return f"the case gives its {' and '.join(name for name, is_given in given.items() if is_given)}, which are kept"
+
+
+def _increments_are_in_vain(done: Round, bars: Sequence[Judged]) -> bool:
+    """Return whether two rounds with more increments have hardly made the errors by the increments smaller.
+
+    Errors by increments that the case gives for some stages stay, however many others there are.
+    """
+    used = [*(one.refinement for one in done.before[-2:]), done.setup.case.solver.refinement or 1.0]
+    if len(used) < 3 or not used[0] < used[1] < used[2]:
+        return False
+    return _by_increments(bars) > IN_VAIN * done.before[-2].by_increments
+
+
+def _by_increments(bars: Sequence[Judged]) -> float:
+    """Return the largest part of an error bar by the increments, over the scale."""
+    return max(float(np.nan_to_num(one.by_increments).max()) for one in bars)
 
 
 def _cell(setup: ProblemSetup) -> float:
@@ -170,20 +204,34 @@ def _finest_cell(setup: ProblemSetup) -> float:
     return min(min(one.spacing) for one in setup.heights().maps)
 
 
-def _factors(setup: ProblemSetup, bars: Sequence[Judged], aim: float) -> tuple[float, float]:
-    """Return the factors on points per side and on increments that are cheapest and bring all bars within `aim`."""
-    points, left = POINTS_TRIED[:, None], np.zeros((len(POINTS_TRIED), len(INCREMENTS_TRIED)))
+def _factors(
+    setup: ProblemSetup, bars: Sequence[Judged], target: float, may_grow: tuple[bool, bool] = (True, True)
+) -> tuple[float, float]:
+    """Return the factors on points per side and on increments with which all bars are cheapest within the target.
+
+    may_grow: whether points and increments may. Both factors are 1 where the one that may not leaves too large bars.
+    """
+    if _left(bars, *(np.array(math.inf if may else 1.0) for may in may_grow)) > target:
+        return 1.0, 1.0
+    by_points, by_increments = (
+        tried if may else tried[:1] for tried, may in zip((POINTS_TRIED, INCREMENTS_TRIED), may_grow, strict=True)
+    )
+    by_points = by_points[:, None]
+    # Applications per increment grow with the root of the points per side.
+    cost = by_points ** (len(setup.grid.axes) + 0.5) * by_increments
+    enough = np.where(_left(bars, by_points, by_increments) <= AIM * target, cost, math.inf)
+    at, of = np.unravel_index(np.argmin(enough), cost.shape) if np.isfinite(enough).any() else (-1, -1)
+    return min(float(by_points[at, 0]), MOST_FINER), min(float(by_increments[of]), MOST_FINER)
+
+
+def _left(bars: Sequence[Judged], by_points: DoubleArray, by_increments: DoubleArray) -> DoubleArray:
+    """Return the largest bar that factors on points per side and on increments leave, over the scale."""
+    left = np.zeros(np.broadcast_shapes(by_points.shape, by_increments.shape))
     for one in bars:
         by_cells = np.sqrt(np.maximum(one.bars**2 - one.by_increments**2, 0.0))
         for cell, increment in zip(by_cells, one.by_increments, strict=True):
-            left = np.maximum(left, np.hypot(cell * points**-POINTS_ORDER, increment / INCREMENTS_TRIED))
-    # Applications per increment grow with the root of the points per side.
-    cost = points ** (len(setup.grid.axes) + 0.5) * INCREMENTS_TRIED
-    cheapest = np.where(left <= aim, cost, np.inf)
-    if not np.isfinite(cheapest).any():
-        return MOST_FINER, MOST_FINER
-    at, of = np.unravel_index(np.argmin(cheapest), cheapest.shape)
-    return min(float(POINTS_TRIED[at]), MOST_FINER), min(float(INCREMENTS_TRIED[of]), MOST_FINER)
+            left = np.maximum(left, np.hypot(cell * by_points**-POINTS_ORDER, increment / by_increments))
+    return left
 
 
 def _beyond(done: Round, following: Round, seconds: float) -> str:

@@ -18,7 +18,7 @@ import fretsolve
 from fretsolve.result import open_result
 from fretsolve.result.verdict import Judged
 from fretsolve.simulation.accuracy.in_memory import solved
-from fretsolve.simulation.accuracy.rounds import MOST_FINER, End, _factors, first_round, next_round
+from fretsolve.simulation.accuracy.rounds import AIM, MOST_FINER, End, _factors, first_round, next_round
 from fretsolve.simulation.problem_setup import set_up
 
 SHEARED = [{"P": 400.0}, {"Qx": 36.0}]
@@ -48,20 +48,20 @@ def path_dependent() -> Any:
 
 def test_cells_are_refined_by_the_power_of_their_errors() -> None:
     setup = path_dependent()
-    cells, increments = _factors(setup, bars((0.01, 0.0)), 0.005)
+    cells, increments = _factors(setup, bars((0.01, 0.0)), 0.005 / AIM)
     assert cells == pytest.approx(2.0 ** (1.0 / 1.4), rel=0.08)  # of the factors that are tried the next larger one
     assert cells >= 2.0 ** (1.0 / 1.4)
     assert increments == 1.0
 
 
 def test_increments_are_refined_by_first_order() -> None:
-    cells, increments = _factors(path_dependent(), bars((0.012, 0.012)), 0.01)
+    cells, increments = _factors(path_dependent(), bars((0.012, 0.012)), 0.01 / AIM)
     assert (cells, increments) == (1.0, pytest.approx(2.0**0.5))
 
 
 def test_where_both_count_the_cheaper_way_is_taken() -> None:
     """Increments cost less than cells, so they are refined further than cells alone would ask for."""
-    cells, increments = _factors(path_dependent(), bars((0.010, 0.006)), 0.008)
+    cells, increments = _factors(path_dependent(), bars((0.010, 0.006)), 0.008 / AIM)
     left = math.hypot(0.008 * cells**-1.4, 0.006 / increments)
     assert left <= 0.008
     assert increments > cells > 1.0
@@ -69,6 +69,26 @@ def test_where_both_count_the_cheaper_way_is_taken() -> None:
 
 def test_no_round_is_more_than_twice_as_fine() -> None:
     assert _factors(path_dependent(), bars((9.0, 1.0)), 1e-4) == (MOST_FINER, MOST_FINER)
+
+
+def test_what_may_not_grow_ends_the_rounds_if_it_leaves_too_much() -> None:
+    setup = path_dependent()
+    assert _factors(setup, bars((0.012, 0.006)), 0.01, (False, True)) == (1.0, 1.0)
+    cells, increments = _factors(setup, bars((0.012, 0.011)), 0.01, (False, True))
+    assert cells == 1.0 and increments > 1.0
+    cells, increments = _factors(setup, bars((0.012, 0.006)), 0.01, (True, False))
+    assert cells > 1.0 and increments == 1.0
+    assert _factors(setup, bars((0.012, 0.011)), 0.01, (True, False)) == (1.0, 1.0)
+
+
+def test_increments_that_change_nothing_end_the_rounds() -> None:
+    """One stage has few increments, which are kept, and the error that they leave stays behind."""
+    path = [{"P": 400.0, "increments": 2}, {"Qx": 10.0}]
+    asked = {"accuracy": {"target": 0.05, "of": ["work_total"]}}
+    last, _, end = solved(build(bodies=DISSIMILAR, load_path=path, grid={"points": 36}, solver=asked))
+    assert end.verdict is not None and not end.verdict.met
+    assert end.reason == "more increments, twice, have hardly made the error by the increments smaller"
+    assert len(last.before) == 2
 
 
 def test_a_sphere_is_known_as_well_as_asked_for() -> None:
@@ -90,7 +110,7 @@ def test_given_points_are_kept() -> None:
     case = build(load_path=SHEARED, solver={"accuracy": 1e-4}, grid={"points": 24})
     last, _, end = solved(case)
     assert last.before == ()
-    assert end.reason == "the case gives its points and increments, which are kept"
+    assert end.reason == "the case gives its points, which are kept"
 
 
 @pytest.mark.parametrize(
