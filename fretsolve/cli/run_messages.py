@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ from fretsolve.problem.setup.yield_warnings import foreseen_yield
 from fretsolve.result import HistoryWriter, Result, open_result
 from fretsolve.result.state import Summary, SummaryErrors
 from fretsolve.result.verdict import Verdict
-from fretsolve.simulation.accuracy.rounds import End, Round
+from fretsolve.simulation.accuracy.rounds import Round
 from fretsolve.system.progress import json_line, key_value_line, print_error_line, print_warnings, progress_bar
 
 COMPILING = "compiling kernels, which takes up to 30 s the first time"
@@ -43,12 +43,12 @@ COMPILING = "compiling kernels, which takes up to 30 s the first time"
 class QuietMessages:
     """Print warnings, what a run waits for, and how to go on after a signal, and nothing else.
 
-    out: the result; resume: the run goes on with that result.
+    out: the result; resume: the run goes on with that result; goes_on: it has solved the round before.
     """
 
-    def __init__(self, current: Round, out: Path, threads: int, *, resume: bool):
+    def __init__(self, current: Round, out: Path, threads: int, *, resume: bool, goes_on: bool = False):
         self.setup, self.out, self.threads, self.resume = current.setup, out, threads, resume
-        self.before, setup = current.before, current.setup
+        self.before, self.goes_on, setup = current.before, goes_on, current.setup
         self.source = setup.case.source
         self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
         self.cycles = represented_cycles(setup)
@@ -61,8 +61,8 @@ class QuietMessages:
         return shlex.join(["fretsolve", "run", str(self.source.path), *out, *sets, "--resume"])
 
     def start(self, writer: HistoryWriter) -> None:
-        """Print what is about to be solved, and all warnings before the first round."""
-        if self.before:
+        """Print what is about to be solved, and all warnings unless the run goes on from the round before."""
+        if self.goes_on:
             return
         for text in (*case_warnings(self.setup, None if self.resume else self.out), *writer.notes):
             self.warn(text)
@@ -93,9 +93,8 @@ class QuietMessages:
         done = f"stopped with {increments} of {of}{counted(max(expected, increments), 'increment')} saved"
         print(f"{done}; to go on: {self.resuming}", file=sys.stderr)
 
-    def end(self, last: End | None = None) -> None:
-        """Print the outcome and where it is saved; last: why no further round is solved, None after a failure."""
-        reached = None if last is None or last.verdict is None else replace(last.verdict, reason=last.reason)
+    def end(self, reached: Verdict | None = None) -> None:
+        """Print the outcome and where it is saved; reached: the verdict on the accuracy, if one was asked for."""
         with open_result(self.out) as result:
             self._report(result, reached)
 
@@ -151,21 +150,21 @@ class TextMessages(QuietMessages):
     verbose: print the stages, the settings and the whole history of each increment as well, without a bar.
     """
 
-    def __init__(self, current: Round, out: Path, threads: int, *, resume: bool, verbose: bool = False):
-        super().__init__(current, out, threads, resume=resume)
+    def __init__(
+        self, current: Round, out: Path, threads: int, *, resume: bool, goes_on: bool = False, verbose: bool = False
+    ):
+        super().__init__(current, out, threads, resume=resume, goes_on=goes_on)
         self.verbose = verbose
         self.has_bar = sys.stdout.isatty() and not verbose
 
     def start(self, writer: HistoryWriter) -> None:
         """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
-        if self.before:
-            last = self.before[-1]
-            print(f"round {len(self.before)} knows {last.quantity} to {percent(last.worst)}", end="; ")
-            print(
-                f"round {len(self.before) + 1}: {cell_counts(setup.grid.shape)} points, {path_length(setup)}",
-                flush=True,
-            )
+        if self.goes_on:
+            last, number = self.before[-1], len(self.before)
+            known = f"knows {last.quantity} to {percent(last.worst)}" if last.quantity else "has no error bars"
+            finer = f"round {number + 1}: {cell_counts(setup.grid.shape)} points, {path_length(setup)}"
+            print(f"round {number} {known}; {finer}", flush=True)
             return
         print(printable(setup.case.title or self.source.path.name))
         print(printable(f"result: {self.out}"))
@@ -235,7 +234,9 @@ class TextMessages(QuietMessages):
         if result.increments and result.history["stage"][-1] <= 30:  # of more `fretsolve show` prints one
             from fretsolve.post.export.text_report import print_report
 
-            print_report(result, heading=False)
+            print_report(result, heading=False, reached=reached)
+        elif reached is not None:
+            print(reached)
         super()._report(result, reached)
         if compiling := compile_seconds():
             print(f"compiling the kernels took {compiling:.3g} s more; they are kept for later runs")

@@ -42,6 +42,9 @@ from fretsolve.system.hdf5_files import own_dataset
 
 HEADER_NAME = "header.json"
 
+ROUND_NAME = "round.h5"
+"""The result of a round of an accuracy after which another one may follow, so that it is not OUT yet."""
+
 RESTART = "restart"
 """Dataset of a failed result with the bytes of its last state."""
 
@@ -170,12 +173,14 @@ def write_result(
     last_state: State | None,
     status: Literal["complete", "failed", "stopped"],
     failure: tuple[str, str] | None = None,
+    *,
+    exclusive: bool = True,
 ) -> None:
     """Write the result file `out` from the parts `sources`, and rename it into place from `folder`.
 
     unsaved: the states after the parts' states; last_state: the state of the last increment, None if there is none;
     status: unless it is complete, the result keeps what a restart needs; failure: why the run failed and the kind of
-    failure. Raises FileExistsError if `out` exists, OSError, FileError.
+    failure; exclusive: whether `out` is to be new. Raises FileExistsError if it is not, OSError, FileError.
     """
     count = 0 if last_state is None else last_state.summary.step + 1
     steps = [step for step in range(count) if header.stores_fields(step)]
@@ -184,7 +189,7 @@ def write_result(
     if last_state is not None and not unsaved:
         unsaved = [last_state]
     known = quantities_of(header.case)
-    with atomic_files.new_hdf5(out, folder, exclusive=True) as file:
+    with atomic_files.new_hdf5(out, folder, exclusive=exclusive) as file:
         fields = file.create_group("fields")
         scales = [create_column(fields, *axis) for axis in ((STEP, steps), (X, header.x), (Y, header.y))]
         rows, written = _write_fields(fields, header, steps, sources, unsaved)

@@ -19,6 +19,7 @@ from fretsolve.result.history import History
 from fretsolve.result.part_reader import PartReader
 from fretsolve.result.parts import (
     HEADER_NAME,
+    ROUND_NAME,
     Part,
     all_parts,
     all_states,
@@ -41,13 +42,15 @@ TO_GO_ON = "--overwrite replaces it, --resume goes on unless it is complete"
 class SavedRun:
     """The increments of a run that are saved, in OUT or in its parts.
 
-    parts: the files that hold them, in order. summaries: of all of them. last_state: where to go on from, None to start
-    at the beginning. complete: OUT is there and nothing is to be done. notes: warnings about damaged files.
+    round: file of the complete round of an accuracy. parts: the files that hold the increments, in order. summaries: of
+    all of them. last_state: where to go on from, None to start at the beginning. complete: OUT is there and nothing is
+    to be done. notes: warnings about damaged files.
     """
 
     def __init__(self, out: Path, header: RunHeader, advice: str):
         """Begin with nothing taken up; advice: how to go on, for the messages of errors."""
         self.out, self.folder, self.header = out, parts_folder(out), header
+        self.round = self.folder / ROUND_NAME
         self._advice = advice
         self.parts: list[Part] = []
         self.summaries = History()
@@ -79,10 +82,13 @@ class SavedRun:
             # The header goes last: saved increments without it could not be told from another run's increments.
             atomic_files.remove(*[part.path for part in reversed(all_parts(self.folder))])
             self.remove_parts()
+            atomic_files.remove(self.round)
             atomic_files.remove(self.out)
         elif self.out.exists():
             self._take_up_result(retry)
             return
+        elif self.round.exists() and not resume:
+            raise self._stopped_run()
         if not all_parts(self.folder):
             self.remove_parts()
             self._take_up_beginning(shared)
@@ -94,8 +100,11 @@ class SavedRun:
             require_same_run(self.folder, read_header(self.folder).attributes("stopped"), self.header)
             self._set_rest_aside(self._read_parts())
         else:
-            message = "a stopped run is there: --resume goes on with it, --overwrite starts anew"
-            raise CaseError(message, (), self.folder)
+            raise self._stopped_run()
+
+    def _stopped_run(self) -> CaseError:
+        message = "a stopped run is there: --resume goes on with it, --overwrite starts anew"
+        return CaseError(message, (), self.folder)
 
     def _take_up_beginning(self, shared: Mapping[int, Path]) -> None:
         """Take the longest shared beginning that is there as the first part."""
@@ -144,6 +153,7 @@ class SavedRun:
                 return
         if self.take_final(retry):
             self.remove_parts()
+            atomic_files.remove(self.round)
         else:
             self._take_up_failed()
 

@@ -54,7 +54,7 @@ POINTS_ORDER, MOST_REFINED = 1.4, 4.0
 """Order by which error bars fall with the points per side, and the most times as many points or increments that are
 advised. Of more it is only said that they are needed."""
 
-LEFT = 0.5
+LEFT_OVER = 0.5
 """The part of the error by the increments that corrected values keep. Errors of first order would leave next to
 nothing."""
 
@@ -66,17 +66,18 @@ POINTS_DIVISOR = 6
 class Verdict:
     """The judgement of a run's error bars by its accuracy.
 
-    worst: the largest bar over its scale, NaN where one is unknown; quantity, place: of what and where it is, such as
-    "at the end of stage 2", empty where nothing has a bar; corrected: whether the bar belongs to a corrected value;
-    unbounded: quantities left out, since no bar holds them; unseen: whether the dissipated energy is left out, as it is
-    0 and may not be; advice: key and value of settings with which the accuracy may be met; far: of what it would take
-    more than MOST_REFINED times as many; reason: why no finer run was made.
+    worst: the largest bar over its scale, NaN where one is unknown; quantity: of what it is, empty where nothing has a
+    bar; stage, cycle: at the end of which stage, or in which cycle, it is; corrected: whether the bar belongs to a
+    corrected value; unbounded: quantities left out, since no bar holds them; unseen: whether the dissipated energy is
+    left out, as it is 0 and may not be; advice: key and value of settings with which the accuracy may be met; far: of
+    what it would take more than MOST_REFINED times as many; reason: why no finer run was made.
     """
 
     accuracy: float
     worst: float
     quantity: str
-    place: str
+    stage: int | None = None
+    cycle: int | None = None
     corrected: bool = False
     unbounded: tuple[str, ...] = ()
     unseen: bool = False
@@ -91,11 +92,13 @@ class Verdict:
 
     def __str__(self) -> str:
         asked = f"accuracy {percent(self.accuracy)}"
+        place = f"at the end of stage {self.stage}" if self.cycle is None else f"in cycle {self.cycle}"
+        reason = f"; {self.reason}" if self.reason else ""
         if not self.quantity:
             return f"{asked} is not proved: all that it is about is 0 or unbounded"
         if math.isnan(self.worst):
-            return f"{asked} is not proved: there is no error bar of {self.quantity} {self.place}"
-        of = f"{'the corrected ' * self.corrected}{self.quantity} {self.place}"
+            return f"{asked} is not proved: there is no error bar of {self.quantity} {place}{reason}"
+        of = f"{'the corrected ' * self.corrected}{self.quantity} {place}"
         scale = SCALES.get(self.quantity, "its largest value")
         left_out = f"; {', '.join(self.unbounded)} is unbounded and does not count" if self.unbounded else ""
         if self.unseen:
@@ -103,11 +106,9 @@ class Verdict:
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
         advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
-        if self.reason:
-            advised = f"; {self.reason}"
-        elif self.far:
+        if self.far:
             advised = f"; more than {MOST_REFINED:g} times the {self.far} would be needed"
-        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{advised}{left_out}"
+        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{reason}{advised}{left_out}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,11 +126,6 @@ class Judged:
     by_increments: DoubleArray
     numbers: IndexArray
     steps: IndexArray | None = None
-
-    def place(self, index: int) -> str:
-        """Return where the bar `index` is, in words."""
-        number = int(self.numbers[index])
-        return f"in cycle {number}" if self.steps is None else f"at the end of stage {number}"
 
 
 Cycles = Callable[[], Mapping[str, Any] | None]
@@ -153,9 +149,12 @@ def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles
     table = (cycles() if of_cycles else None) or {}
     for name in of_cycles:
         column = best_column(name, table)
-        if (scale := float(np.nanmax(np.abs(table.get(column, np.zeros(1))), initial=0.0))) > 0.0:
-            bars, by_increments = (part / scale for part in _parts(name, table))
-            found.append(Judged(name, column, scale, bars, by_increments, table["cycle"]))
+        known_cycles = np.flatnonzero(np.isfinite(table.get(column, np.empty(0))))
+        if not known_cycles.size:  # it has no value in any cycle
+            found.append(Judged(name, name, 1.0, np.array([math.nan]), np.zeros(1), np.array([1])))
+        elif (scale := float(np.abs(table[column][known_cycles]).max())) > 0.0:
+            bars, by_increments = (part[known_cycles] / scale for part in _parts(name, table))
+            found.append(Judged(name, column, scale, bars, by_increments, table["cycle"][known_cycles]))
     return found
 
 
@@ -166,7 +165,7 @@ def _parts(name: str, columns: Mapping[str, Any]) -> tuple[DoubleArray, DoubleAr
     """
     as_run, best = (columns[column + ERROR_SUFFIX] for column in (name, best_column(name, columns)))
     taken = np.subtract(as_run**2, best**2, out=np.zeros(len(best)), where=np.isfinite(best) & (as_run > best))
-    return best, LEFT * np.sqrt(taken / (1.0 - LEFT**2))
+    return best, LEFT_OVER * np.sqrt(taken / (1.0 - LEFT_OVER**2))
 
 
 def verdict_of(effective_case: Mapping[str, Any], history: Mapping[str, DoubleArray], cycles: Cycles) -> Verdict | None:
@@ -189,14 +188,20 @@ def verdict(
     unbounded = tuple(one.quantity for one in bars if np.isinf(one.bars).any())
     bounded = [one for one in bars if one.quantity not in unbounded]
     if not bounded:
-        return Verdict(accuracy, math.nan, "", "", False, unbounded)
+        return Verdict(accuracy, math.nan, "", unbounded=unbounded)
     peaks = [float(one.bars.max()) for one in bounded]
     worst = bounded[int(np.argmax(peaks))]  # the one with a NaN, if there is one
     index = int(np.argmax(worst.bars))
-    corrected = worst.column != worst.quantity
-    unseen = "work_total" + ERROR_SUFFIX in history and hides_energy(history)
+    number = int(worst.numbers[index])
     found = Verdict(
-        accuracy, float(worst.bars[index]), worst.quantity, worst.place(index), corrected, unbounded, unseen
+        accuracy,
+        float(worst.bars[index]),
+        worst.quantity,
+        None if worst.steps is None else number,
+        number if worst.steps is None else None,
+        worst.column != worst.quantity,
+        unbounded,
+        "work_total" + ERROR_SUFFIX in history and hides_energy(history),
     )
     return found if found.met else _with_advice(found, worst, index, history, points)
 

@@ -20,6 +20,7 @@ from fretsolve.result.header import RunHeader
 from fretsolve.result.history import History
 from fretsolve.result.lock import RunLock
 from fretsolve.result.parts import HEADER_NAME, all_parts, all_states, write_part, write_result
+from fretsolve.result.reader import read_attributes
 from fretsolve.result.resume import TO_GO_ON, SavedRun
 from fretsolve.result.state import Fields, State, broadcast_zeros
 from fretsolve.system import atomic_files
@@ -77,6 +78,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         pause: float = 0.0,
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
+        in_rounds: bool = False,
     ):
         """Go on from `saved`; lock: on the folder of the parts, None if nothing is written; the rest as for `open`."""
         self.out, self.header = saved.out, saved.header
@@ -84,7 +86,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         self.last_state, self.summaries = saved.last_state, saved.summaries
         self.increments = len(self.summaries)
         self._saved, self._lock = saved, lock
-        self._pause, self._advice, self._shared = pause, advice, shared
+        self._pause, self._advice, self._shared, self._in_rounds = pause, advice, shared, in_rounds
         self._saved_at = time.monotonic()
         self._unsaved: list[State] = []
 
@@ -100,12 +102,14 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         pause: float = 0.0,
         advice: str = RESUME,
         shared: Mapping[int, Path] = NOTHING_SHARED,
+        in_rounds: bool = False,
     ) -> HistoryWriter:
         """Begin the result `out`, or go on with it.
 
         retry: whether to resume a failed one; otherwise it stays as it is. pause: seconds for which increments may stay
         unsaved. advice: how to go on, for the message if nothing more can be saved. shared: a new result begins with
-        the longest of these files that is there, and writes the missing ones. Raises CaseError if `out` or its parts
+        the longest of these files that is there, and writes the missing ones. in_rounds: what is complete is a round of
+        an accuracy, and becomes OUT by `give_round`. Raises CaseError if `out` or its parts
         exist and neither option is given, FileError if they belong to another run or are damaged, if another run writes
         them, or if the folder cannot be written.
         """
@@ -132,7 +136,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             except BaseException:
                 _release(lock)
                 raise
-            return cls(saved, lock, pause, advice, shared)
+            return cls(saved, lock, pause, advice, shared, in_rounds)
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -183,27 +187,53 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
     def finish(self, status: Literal["complete", "failed"], message: str = "", kind: str = "") -> None:
         """Write OUT from the parts and remove them; other runs may write after `stop`. message, kind: why it failed.
 
+        In rounds a complete one is kept beside OUT, and takes OUT's place if the round that follows it has failed.
         Raises FileError, also if another file has taken OUT's name under way; the increments stay in the parts then.
         """
         failure = (message, kind) if status == "failed" else None
         self.summaries = History()  # the result has them from the parts: of a long history both would take much memory
+        if failure is not None and self.round.exists():
+            self.give_round()
+            return
         with self._reported("cannot write the result", self.out):
             try:
-                self._write(self.out, self._saved.folder, status, failure)
+                is_round = self._in_rounds and failure is None
+                out = self.round if is_round else self.out
+                self._write(out, self._saved.folder, status, failure, exclusive=not is_round)
             except OSError:
                 self.save()  # what a pause has left unsaved
                 raise
             self._unsaved.clear()
             self._saved.remove_parts()
 
-    def begin_anew(self, header: RunHeader) -> None:
-        """Replace the complete result by a run with another header, which nothing is saved of yet. Raises FileError."""
+    @property
+    def round(self) -> Path:
+        """File of the round of an accuracy that is complete, if there is one."""
+        return self._saved.round
+
+    @property
+    def holds_round(self) -> bool:
+        """True if the round of the header is complete, and a kill has come before it was judged."""
+        with suppress(OSError, FileError):
+            return str(read_attributes(self.round)["effective_case"]) == self.header.effective_case
+        return False
+
+    def begin_round(self, header: RunHeader) -> None:
+        """Begin the round that follows the complete one, which is kept. Raises FileError."""
         self.working_folder()
-        with self._reported("cannot begin the result anew", self.out):
+        with self._reported("cannot begin the next round", self.out):
+            if self.complete:
+                atomic_files.rename(self.out, self.round)
             self._saved = SavedRun(self.out, header, self._advice)
-            self._saved.take_up(NOTHING_SHARED, resume=False, overwrite=True, retry=True)
         self.header, self.complete = header, False
         self.last_state, self.summaries, self.increments = None, self._saved.summaries, 0
+
+    def give_round(self) -> None:
+        """Let the complete round be the result. Raises FileError."""
+        with self._reported("cannot write the result", self.out):
+            atomic_files.rename(self.round, self.out)
+            self._unsaved.clear()
+            self._saved.remove_parts()
 
     def working_folder(self) -> Path:
         """Return a folder for what is made beside a complete result; a kill leaves it to the next run, which clears it.
@@ -241,8 +271,11 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         folder: Path,
         status: Literal["complete", "failed", "stopped"],
         failure: tuple[str, str] | None = None,
+        *,
+        exclusive: bool = True,
     ) -> None:
-        write_result(out, folder, self.header, self._saved.parts, self._unsaved, self.last_state, status, failure)
+        saved = self._saved.parts, self._unsaved, self.last_state
+        write_result(out, folder, self.header, *saved, status, failure, exclusive=exclusive)
 
     def stop(self) -> None:
         """Leave the committed increments for a later resume, and let other runs write."""

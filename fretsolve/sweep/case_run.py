@@ -11,6 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 from fretsolve.case.loading import read_case
 from fretsolve.elastic.kernels import load
@@ -19,7 +20,8 @@ from fretsolve.post.names import crack_path, fatigue_path, stress_path
 from fretsolve.result import open_result
 from fretsolve.result.state import Summary
 from fretsolve.result.writer import NOTHING_SHARED, SAME_COMMAND, HistoryWriter
-from fretsolve.simulation.accuracy.saved_rounds import begun_round, rounds_into
+from fretsolve.simulation.accuracy.rounds import Round
+from fretsolve.simulation.accuracy.saved_rounds import begun_round, solve_rounds
 from fretsolve.simulation.run_to_file import Stop, solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.sweep.beginnings import files_of
@@ -48,18 +50,18 @@ def solve(
     of beginnings, see `HistoryWriter.open`. Raises FileError.
     """
     began, code, reason = time.perf_counter(), 0, ""
-    begun = begun_round(case.first, case.out)
-    header = case.header_of(begun)
-    with HistoryWriter.open(
-        case.out, header, resume=True, retry=False, pause=pause, advice=SAME_COMMAND, shared=shared
-    ) as writer:
+    begun = begun_round(case.first, case.out, case.header_of)
+    options: dict[str, Any] = {"retry": False, "pause": pause, "advice": SAME_COMMAND, "shared": shared}
+    in_rounds = begun.asked.solver.accuracy is not None
+    with HistoryWriter.open(case.out, case.header_of(begun), resume=True, in_rounds=in_rounds, **options) as writer:
+
+        def solve_round(current: Round) -> bool:
+            tell = lambda summary, _: show(summary)  # noqa: E731
+            return solve_missing(current.setup, writer, stop, threads=threads, show=tell)
+
         try:
-            for current in rounds_into(writer, begun, case.header_of, stop):
-                if not writer.complete and not solve_missing(
-                    current.setup, writer, stop, threads=threads, show=lambda summary, _: show(summary)
-                ):
-                    code = EXIT_STOPPED
-                    break
+            if not writer.complete and solve_rounds(writer, begun, case.header_of, solve_round) is None:
+                code = EXIT_STOPPED
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:

@@ -23,8 +23,8 @@ from fretsolve.problem.setup.cost_estimate import require_memory
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.result import HistoryWriter
 from fretsolve.result.history import History
-from fretsolve.simulation.accuracy.rounds import first_round
-from fretsolve.simulation.accuracy.saved_rounds import rounds_into
+from fretsolve.simulation.accuracy.rounds import Round, first_round
+from fretsolve.simulation.accuracy.saved_rounds import solve_rounds
 from fretsolve.simulation.run_to_file import solve_missing
 from fretsolve.simulation.simulation import run
 from fretsolve.system import atomic_files
@@ -232,25 +232,33 @@ def _run_to_file(
         prepared = BaseCase.of(text, overrides).prepare({}, Path(folder))
         case, stages = prepared.setup.case, len(prepared.setup.load_path.last_steps)
         # now and then, so that the states of a long run are not all in memory
-        with HistoryWriter.open(prepared.out, prepared.header, pause=2.0) as writer:
-            for current in rounds_into(writer, prepared.first, prepared.header_of, StopRequest()):
+        in_rounds = case.solver.accuracy is not None
+        with HistoryWriter.open(prepared.out, prepared.header, pause=2.0, in_rounds=in_rounds) as writer:
+
+            def solve(current: Round) -> bool:
                 histories.append(History())
                 take = lambda summary, errors: histories[-1].append(summary)  # noqa: E731
-                solve_missing(current.setup, writer, StopRequest(), show=take)
+                return solve_missing(current.setup, writer, StopRequest(), show=take)
+
+            solved = solve_rounds(writer, prepared.first, prepared.header_of, solve)
+            assert solved is not None, "nothing stops it"
+            if solved[0].setup.load_path.increments != len(histories[-1]):  # a later round has no solution
+                histories.append(histories[-2])
             write_side_outputs(prepared, writer)
+        load_path = solved[0].setup.load_path
         wanted = {
             index: quantity_of(one, stages)
             for index, one in enumerate(case.expect)
             if one.quantity not in HISTORY_DIMENSIONS
         }
-        outcome = read_outcome(prepared.out, list(wanted.values()), current.setup.load_path)
+        outcome = read_outcome(prepared.out, list(wanted.values()), load_path)
     for index, one in wanted.items():
         units = outcome.units[one.name]
         if one.name in CYCLE_DIMENSIONS and ("rad" in units or "N mm" in units):
             message = f"{one.name} of a loop of moment and rotation is in {units}, which cannot be compared"
             advice = "dissipated_energy, energy_ratio or sliding_ratio can"
             raise case.source.problem(f"{message}; {advice}", ("expect", index, "quantity"))
-    return dict(zip(wanted, map(float, outcome.values), strict=True)), current.setup.load_path
+    return dict(zip(wanted, map(float, outcome.values), strict=True)), load_path
 
 
 def _report(outcome: CheckedCase) -> None:

@@ -20,7 +20,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.cost_estimate import disk_problem, require_memory
 from fretsolve.result import HistoryWriter
 from fretsolve.simulation.accuracy.rounds import Round, first_round
-from fretsolve.simulation.accuracy.saved_rounds import after, begun_round, header_of_round, rounds_into
+from fretsolve.simulation.accuracy.saved_rounds import HeaderOf, begun_round, header_of_round, solve_rounds
 from fretsolve.simulation.run_to_file import height_maps, solve_missing
 from fretsolve.system.files import require_ending, require_folder, require_other
 from fretsolve.system.signals import EXIT_STOPPED, Stopped, StopRequest
@@ -47,42 +47,54 @@ def run_case(
     """
     loaded = read_case(case, pipe=True).case(overrides)
     out = out or case.with_suffix(".h5")
-    current = _checked_round(loaded, case, out, resume=resume)
-    if (side := _side_outputs(loaded)) is not None:
-        side.require_room(current.setup, out)
-    kernels = load(current.setup.compiled)
-    current = replace(current, setup=replace(current.setup, compiled=kernels.compiled))
     header_of = partial(header_of_round, threads, overrides)
-    header = header_of(current)
+    begun = _checked_round(loaded, case, out, header_of, resume=resume)
+    if (side := _side_outputs(loaded)) is not None:
+        side.require_room(begun.setup, out)
+    doubts: list[str] = []
+    begun = _with_kernels(doubts, begun)
+    header = header_of(begun)
     if side is not None:
-        side.require_own_side_outputs(current.setup, out, header, resume=resume, overwrite=overwrite)
+        side.require_own_side_outputs(begun.setup, out, header, resume=resume, overwrite=overwrite)
+    kind = QuietMessages if quiet else JsonMessages if log_json else partial(TextMessages, verbose=verbose)
+    messages = kind(begun, out, threads, resume=resume)
     # On 32 x 32 points saving an increment takes as long as solving it, so all that end in 0.1 s are saved at once.
-    with HistoryWriter.open(out, header, resume=resume, overwrite=overwrite, pause=0.1) as writer:
-        for current in rounds_into(writer, current, header_of, stop):  # noqa: B020 - the last one stays
-            if quiet or log_json:
-                messages = (QuietMessages if quiet else JsonMessages)(current, out, threads, resume=resume)
-            else:
-                messages = TextMessages(current, out, threads, resume=resume, verbose=verbose)
-            if kernels.why_not and not writer.complete:
-                messages.warn(f"numba cannot be used, so the run is slower: {kernels.why_not}")
-            if not _is_solved(current, writer, messages, stop, threads):
-                messages.stopped(writer.increments)
-                return EXIT_STOPPED
-        if was_complete := writer.complete:
-            messages.already_complete(writer.increments)
-        elif isinstance(following := after(current, out), Round):  # a signal came between two rounds
+    options: dict[str, Any] = {"resume": resume, "overwrite": overwrite, "pause": 0.1}
+    with HistoryWriter.open(out, header, **options, in_rounds=loaded.solver.accuracy is not None) as writer:
+
+        def solve(current: Round) -> bool:
+            nonlocal messages
+            if len(current.before) > len(begun.before):
+                messages = kind(current, out, threads, resume=resume, goes_on=True)
+            while doubts:
+                messages.warn(doubts.pop())
+            return _is_solved(current, writer, messages, stop, threads)
+
+        was_complete = writer.complete
+        solved = solve_rounds(writer, begun, header_of, solve, partial(_with_kernels, doubts))
+        if solved is None:
             messages.stopped(writer.increments)
             return EXIT_STOPPED
+        if writer.complete:
+            messages.already_complete(writer.increments)
         else:
-            messages.end(following)
-        told = {"quiet": quiet or log_json, "overwrite": overwrite and not was_complete, "missing": was_complete}
+            messages.end(solved[1])
+        # after further rounds on a complete result the files beside it are of the round before
+        replaced = (overwrite or was_complete) and not writer.complete
+        told = {"quiet": quiet or log_json, "overwrite": replaced, "missing": writer.complete}
         return _beside(side, stop, loaded, writer, threads, **told)
+
+
+def _with_kernels(doubts: list[str], current: Round) -> Round:
+    """Return a round with the kernels that can be used; doubts: takes a warning if they are slow ones."""
+    kernels = load(current.setup.compiled)
+    if kernels.why_not:
+        doubts.append(f"numba cannot be used, so the run is slower: {kernels.why_not}")
+    return replace(current, setup=replace(current.setup, compiled=kernels.compiled))
 
 
 def _is_solved(current: Round, writer: HistoryWriter, messages: QuietMessages, stop: StopRequest, threads: int) -> bool:
     """Solve what is missing of a round, and return whether it is complete."""
-    if writer.complete:
-        return True
     messages.start(writer)
     when_compiling(messages.compiling)
     try:
@@ -91,11 +103,12 @@ def _is_solved(current: Round, writer: HistoryWriter, messages: QuietMessages, s
                 current.setup, writer, stop, threads=threads, show=messages.increment, warn=messages.warn, beside=True
             )
     except NoSolutionError:
-        messages.end()
+        if not current.before:
+            messages.end()
         raise
 
 
-def _checked_round(loaded: Case, case: Path, out: Path, *, resume: bool) -> Round:
+def _checked_round(loaded: Case, case: Path, out: Path, header_of: HeaderOf, *, resume: bool) -> Round:
     """Return the round of the case in the file `case` that is to be solved, if this machine can solve and write it."""
     require_other(out, case, "the case itself")
     for height_map in height_maps(loaded):
@@ -103,7 +116,7 @@ def _checked_round(loaded: Case, case: Path, out: Path, *, resume: bool) -> Roun
     require_ending(out, "a result", *RESULT_ENDINGS)
     require_folder(out)
     first = first_round(loaded)
-    current = begun_round(first, out) if resume else first
+    current = begun_round(first, out, header_of) if resume else first
     require_memory(current.setup)
     if height_maps(loaded):
         current.setup.separation()  # reads the maps, before anything is written

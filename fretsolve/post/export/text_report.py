@@ -45,7 +45,7 @@ from fretsolve.post.export.selection import (
 )
 from fretsolve.result import Result
 from fretsolve.result.state import ERROR_SUFFIX, stage_ends
-from fretsolve.result.verdict import verdict_of, why_no_bars
+from fretsolve.result.verdict import Verdict, verdict_of, why_no_bars
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.progress import unescaped_output
 
@@ -78,11 +78,12 @@ def print_report(
     every_increment: bool = False,
     columns: Sequence[str] | None = None,
     file: IO[str] | None = None,
+    reached: Verdict | None = None,
 ) -> None:
     """Print heading, tables and totals to `file` (standard output by default), with colour on a terminal.
 
     columns: of the history, by default the columns above round-off. Without them the last values with their error bars
-    have a table, too.
+    have a table, too. reached: the verdict of the rounds on the accuracy, by default of the error bars of the result.
     """
     file = file or unescaped_output()
     width = _width_of(file)
@@ -97,7 +98,9 @@ def print_report(
     for table in tables:
         lines += ["", *table.lines_for(file)]
     warnings = [*spot_warnings(result.history), *yield_warnings(result)] if heading else []
-    lines += map(printable, (*_totals(result, every_increment=every_increment), *about_spots(spots), *warnings))
+    lines += map(
+        printable, (*_totals(result, reached, every_increment=every_increment), *about_spots(spots), *warnings)
+    )
     file.write("".join(f"{line}\n" for line in lines))
 
 
@@ -171,7 +174,7 @@ def _heading(name: str) -> tuple[str, str]:
     return (first, f"{second}_{axis}") if first else ("", name)  # delta_x stays in one line
 
 
-def _totals(result: Result, *, every_increment: bool) -> list[str]:
+def _totals(result: Result, reached: Verdict | None, *, every_increment: bool) -> list[str]:
     """Return lines on the whole run: residual, dissipated energy and cost; none if there is no increment."""
     if not result.increments:
         return []
@@ -185,7 +188,7 @@ def _totals(result: Result, *, every_increment: bool) -> list[str]:
         lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
         lines += about_tiny_values(result)
     lines += [unknown] if (unknown := why_no_bars(history)) else []
-    reached = verdict_of(result.effective_case, history, result.cycle_columns)
+    reached = reached or verdict_of(result.effective_case, history, result.cycle_columns)
     lines += [] if reached is None else [str(reached)]
     lines += _point_of_load(result)
     lines += wear_totals(result)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
 from fretsolve.case.models import Case
+from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State, Summary
-from fretsolve.simulation.accuracy.rounds import End, Round, first_round, next_round, seconds_of
+from fretsolve.result.verdict import Verdict
+from fretsolve.simulation.accuracy.rounds import Judgement, Round, first_round, judge, no_solution, seconds_of
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars as with_error_bars
 from fretsolve.simulation.simulation import run as one_run
 from fretsolve.system.arrays import DoubleArray
@@ -28,7 +31,7 @@ def run(
     that share the transforms, on which no bit of a state depends.
     Raises NoSolutionError if an increment has no solution or none was found; the states before it hold.
     """
-    if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
+    if in_rounds(case, start):
         return iter(solved(case, threads)[1])
     return one_run(case, start, history, threads)
 
@@ -45,24 +48,52 @@ def run_with_error_bars(
     If a coarse run has no solution, the error bars are NaN from there on, and `warn` is called with one line.
     Raises NoSolutionError if the run itself has none, and CaseError on too few points for coarse runs.
     """
-    if isinstance(case, Case) and case.solver.accuracy is not None and start is None:
+    if in_rounds(case, start):
         return iter(solved(case, threads, warn)[1])
     return with_error_bars(case, start, history, threads, warn)
 
 
-def solved(case: Case, threads: int = 1, warn: Callable[[str], object] | None = None) -> tuple[Round, list[State], End]:
-    """Solve the rounds of a case in memory, and return the last one with its states and why it is the last.
+def in_rounds(case: Case | ProblemSetup, start: State | None) -> TypeGuard[Case]:
+    """Return whether a case is solved in rounds. Raises CaseError if it is, and is to go on from a state."""
+    if not isinstance(case, Case) or case.solver.accuracy is None:
+        return False
+    if start is not None:
+        message = "a state belongs to one round, so that rounds do not go on from it; give the setup of its round"
+        raise case.source.problem(message, ("solver", "accuracy"))
+    return True
 
-    warn: as for `run_with_error_bars`. Raises NoSolutionError, CaseError and FileError as `run`.
+
+def solved(
+    case: Case, threads: int = 1, warn: Callable[[str], object] | None = None
+) -> tuple[Round, list[State], Verdict | None]:
+    """Solve the rounds of a case in memory, and return the last one with its states and the verdict on it.
+
+    warn: as for `run_with_error_bars`. If a later round has no solution, the round before it is the last one. Raises
+    NoSolutionError if the first round has none, CaseError and FileError as `run`.
     """
-    done = first_round(case)
+    *_, (last, rows, found) = rounds_of(case, threads, warn)
+    return last, rows, found.verdict
+
+
+def rounds_of(
+    case: Case, threads: int = 1, warn: Callable[[str], object] | None = None
+) -> Iterator[tuple[Round, list[State], Judgement]]:
+    """Yield each round of a case with its states and what it is known to, as `solved` takes the last one."""
+    current, done = first_round(case), None
     while True:
-        rows = list(_states(done.setup, threads, warn))
+        try:
+            rows = list(_states(current.setup, threads, warn))
+        except NoSolutionError as error:
+            if done is None or (verdict := done[2].verdict) is None:
+                raise
+            yield *done[:2], Judgement(replace(verdict, reason=no_solution(current, error)))
+            return
         history = history_of(rows)
-        following = next_round(done, history, partial(cycles_of, done.setup, history), seconds_of(history))
-        if isinstance(following, End):
-            return done, rows, following
-        done = following
+        found = judge(current, history, partial(cycles_of, current.setup, history), seconds_of(history))
+        yield current, rows, found
+        if found.following is None:
+            return
+        current, done = found.following, (current, rows, found)
 
 
 def _states(setup: ProblemSetup, threads: int, warn: Callable[[str], object] | None) -> Iterator[State]:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fretsolve.case.dimensions import cell_counts
 from fretsolve.case.keys.accuracy_spec import OF_WORN
 from fretsolve.case.models import Case
-from fretsolve.errors import CaseError
+from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.problem.setup.cost_estimate import estimate, require_memory, rounded_time
 from fretsolve.problem.setup.picked_settings import Picks, points_of_cells
 from fretsolve.problem.setup.problem import ProblemSetup
@@ -32,11 +32,12 @@ MOST_FINER = 2.0
 """The most times as many points per side, or increments, in the next round."""
 
 IN_VAIN = 0.9
-"""Part of the errors by the increments that is left after two rounds with more increments, from which on more of them
-are in vain: by first order it is a half or less."""
+"""Part of an error that is left after two rounds with more points, or increments, from which on more of them are in
+vain: by first order it is a half or less."""
 
 UNKNOWN = 1.0
-"""Error of the first round, over the scale, where only another round can show it."""
+"""Error over the scale by which the next round is picked where none is known: a coarse run of the error bars has no
+solution, or only another round can show the error."""
 
 POINTS_TRIED, INCREMENTS_TRIED = np.geomspace(1.0, 32.0, 48), np.geomspace(1.0, 32.0, 11)
 """Factors on the points per side and on the increments that are considered, also beyond the next round. By the first
@@ -45,10 +46,10 @@ one above 1 each stage gets an increment more."""
 
 @dataclass(frozen=True)
 class Record:
-    """A round that is done: its picks, its increments, its worst bar with the quantity, and the seconds it took.
+    """A round that is done: its picks, its number of increments, what it is known to, and the seconds that it took.
 
-    by_increments: the largest part of a bar by the increments, over the scale;
-    at_end: where there are no error bars, the value of each quantity at the end.
+    worst, quantity: the worst error bar over its scale, and of what, empty where there is none; by_cells,
+    by_increments: the largest parts of error bars; at_end: where coarse runs give no error bars, the values at the end.
     """
 
     points: tuple[int, int]
@@ -56,6 +57,7 @@ class Record:
     increments: int
     worst: float
     quantity: str
+    by_cells: float
     by_increments: float
     seconds: float
     at_end: Mapping[str, float] = field(default_factory=dict)
@@ -63,11 +65,15 @@ class Record:
 
 @dataclass(frozen=True)
 class Round:
-    """A round to be solved. asked: the case as it was read; before: the rounds that are done."""
+    """A round to be solved.
+
+    asked: the case as it was read; before: the rounds that are done; compiled: as asked of `set_up`.
+    """
 
     asked: Case
     setup: ProblemSetup
     before: tuple[Record, ...] = ()
+    compiled: bool | None = None
 
     @property
     def picks_points(self) -> bool:
@@ -81,65 +87,75 @@ class Round:
         given = "refinement" in self.asked.solver.model_fields_set
         return automatic and self.setup.load_path.path_dependent and not given
 
+    @property
+    def refinement(self) -> float:
+        """The factor on automatic numbers of increments."""
+        return self.setup.case.solver.refinement or 1.0
+
 
 @dataclass(frozen=True)
-class End:
-    """Why there is no further round: the accuracy is met, or `reason` says what is missing."""
+class Judgement:
+    """What a round is known to, None without an accuracy, and the round that follows it, None after the last one."""
 
     verdict: Verdict | None
-    reason: str = ""
+    following: Round | None = None
 
 
 def first_round(case: Case, compiled: bool | None = None) -> Round:
     """Return the first round of a case; without an accuracy it is the only one."""
-    return Round(case, set_up(case, compiled))
+    return Round(case, set_up(case, compiled), compiled=compiled)
 
 
-def next_round(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, seconds: float) -> Round | End:
-    """Return the round that follows a round that is done, or why there is none.
+def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, seconds: float) -> Judgement:
+    """Judge a round that is done, and find the round that follows it.
 
     history: of the round; cycles: returns the columns of its table of cycles; seconds: that the round took.
     """
     accuracy, setup = done.asked.solver.accuracy, done.setup
-    if accuracy is None or not (setup.case.solver.error_bars or setup.case.wear is not None):
-        return End(None)
+    if accuracy is None:
+        return Judgement(None)
     at_end: dict[str, float] = {}
     if setup.case.solver.error_bars:
         bars = judged(accuracy.of, history, cycles)
     else:
         bars, at_end = _against_the_last_round(done, history)
     found = verdict(accuracy.target, bars, history, setup.grid.shape[: len(setup.grid.axes)])
-    if found.met or math.isnan(found.worst):
-        return End(found)
-    bounded = [one for one in bars if one.quantity not in found.unbounded]
-    finer = _finer(done, bounded)
+    bars = [one for one in bars if one.quantity not in found.unbounded]
+    if found.met or not bars:
+        return Judgement(found)
+    finer = _finer(done, bars)
     if isinstance(finer, str):
-        return End(found, finer)
-    picked = setup.case.solver.refinement or 1.0, setup.load_path.increments
-    record = Record(setup.grid.shape, *picked, found.worst, found.quantity, _by_increments(bounded), seconds, at_end)
-    following = Round(done.asked, set_up(done.asked, setup.compiled, finer), (*done.before, record))
-    reason = _beyond(done, following, seconds)
-    return End(found, reason) if reason else following
+        return Judgement(replace(found, reason=finer))
+    known = (UNKNOWN, "") if math.isnan(found.worst) else (found.worst, found.quantity)
+    picked = setup.grid.shape, done.refinement, setup.load_path.increments
+    record = Record(*picked, *known, *_largest_parts(bars), seconds, at_end)
+    found = replace(found, advice="", far="")
+    try:
+        finer_setup = set_up(done.asked, done.compiled, finer)
+        following = Round(done.asked, finer_setup, (*done.before, record), done.compiled)
+        reason = _beyond(done, following, seconds)
+    except CaseError as error:
+        reason = f"the next round, on {cell_counts(finer.points)} points, has a problem: {error.message}"
+    return Judgement(replace(found, reason=reason)) if reason else Judgement(found, following)
 
 
 def _against_the_last_round(done: Round, history: Mapping[str, DoubleArray]) -> tuple[list[Judged], dict[str, float]]:
     """Return error bars at the end where no coarse runs give them, as with wear, and the values that they belong to.
 
-    The error is taken to fall with the first power of the cells' side from the last round to this one. In the first
-    round it is unknown, and counts as `UNKNOWN`. Stages in between stand for different cycles in each round.
+    The error is taken to fall with the first power of the cells' side from the last round to this one; in the first
+    round it is NaN. Stages in between stand for different cycles in each round.
     """
     accuracy, setup = done.asked.solver.accuracy, done.setup
     assert accuracy is not None
     last, ends = done.before[-1] if done.before else None, stage_ends(history["stage"])
     known, end = scales(history, ends), ends[-1:]
     at_end = {name: float(history[name][end[0]]) for name in accuracy.of or (*USUAL, *OF_WORN) if known.get(name)}
-    errors = dict.fromkeys(at_end, UNKNOWN)
+    errors = dict.fromkeys(at_end, math.nan)
     if last is not None:
         ratio = (math.prod(setup.grid.shape) / math.prod(last.points)) ** (1.0 / len(setup.grid.axes))
-        ratio = max(ratio, (setup.case.solver.refinement or 1.0) / last.refinement)
-        errors = {
-            name: abs(value - last.at_end[name]) / (known[name] * (ratio - 1.0)) for name, value in at_end.items()
-        }
+        ratio = max(ratio, done.refinement / last.refinement)
+        before = {name: last.at_end.get(name, 0.0) for name in at_end}  # what was 0 had no place in it
+        errors = {name: abs(value - before[name]) / (known[name] * (ratio - 1.0)) for name, value in at_end.items()}
     number = history["stage"][end].astype(int)
     bars = [
         Judged(name, name, known[name], np.array([error]), np.zeros(1), number, end) for name, error in errors.items()
@@ -151,57 +167,70 @@ def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
     """Return finer points or increments, or why there are none."""
     setup, accuracy = done.setup, done.asked.solver.accuracy
     assert accuracy is not None
-    refinement, error_bars = setup.case.solver.refinement or 1.0, setup.case.solver.error_bars
-    finest = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / MOST_FINER, _finest_cell(setup)))
-    at_spacing = math.prod(finest) <= math.prod(setup.grid.shape)
-    more_points = done.picks_points and not at_spacing
-    more_increments = done.picks_increments and error_bars and not _increments_are_in_vain(done, bars)
-    cells, increments = _factors(setup, bars, accuracy.target, (more_points, more_increments))
-    if not error_bars and done.picks_increments:  # the errors of both are seen as one
+    why_no_points, why_no_increments = _why_no_points(done, bars), _why_no_increments(done, bars)
+    may_grow = not why_no_points, not why_no_increments
+    cells, increments = _factors(setup, bars, accuracy.target, may_grow)
+    if not setup.case.solver.error_bars and done.picks_increments:  # the errors of both are seen as one
         increments = cells
     if cells == increments == 1.0:
-        return _why_not_finer(done, at_spacing and done.picks_points, done.picks_increments and not more_increments)
-    points = setup.grid.shape
-    if cells > 1.0:
-        points = points_of_cells(setup.closed_forms, setup.grid.size, max(_cell(setup) / cells, _finest_cell(setup)))
-    return Picks(points, refinement * increments)
+        parts = zip(_largest_parts(bars), (why_no_points, why_no_increments), strict=True)
+        blocking = [why for part, why in parts if part > accuracy.target and why]
+        return f"no round follows: {' and '.join(blocking or filter(None, (why_no_points, why_no_increments)))}"
+    points = setup.grid.shape if cells == 1.0 else _finer_points(setup, cells)
+    return Picks(points, done.refinement * increments)
 
 
-def _why_not_finer(done: Round, at_spacing: bool, in_vain: bool) -> str:
-    """Return why a round is not followed by a finer one. at_spacing, in_vain: whether cells, increments have an end."""
-    if at_spacing:
-        return "its cells are as small as the spacing of the height map, below which nothing is known"
-    if in_vain:
-        return "more increments, twice, have hardly made the error by the increments smaller"
-    given = {"points": not done.picks_points, "increments": done.setup.load_path.path_dependent}
-    return f"the case gives its {' and '.join(name for name, is_given in given.items() if is_given)}, which are kept"
+def _why_no_points(done: Round, bars: Sequence[Judged]) -> str:
+    """Return why there cannot be more points, empty if there can."""
+    setup = done.setup
+    if not done.picks_points:
+        return "grid.points is given"
+    if math.prod(_finer_points(setup, MOST_FINER)) <= math.prod(setup.grid.shape):
+        return "the cells are as small as the spacing of the height map, below which nothing is known"
+    sizes = [*(math.prod(one.points) for one in done.before), math.prod(setup.grid.shape)]
+    misses_waves = setup.heights().flattening_pressure((setup.grid.dx, setup.grid.dy)) > 0.0
+    if not misses_waves and _in_vain(sizes, [*(one.by_cells for one in done.before), _largest_parts(bars)[0]]):
+        return "two rounds with more points have hardly lowered the error by the cells"
+    return ""
 
 
-def _increments_are_in_vain(done: Round, bars: Sequence[Judged]) -> bool:
-    """Return whether two rounds with more increments have hardly made the errors by the increments smaller.
-
-    Errors by increments that the case gives for some stages stay, however many others there are.
-    """
-    used = [*(one.refinement for one in done.before[-2:]), done.setup.case.solver.refinement or 1.0]
-    if len(used) < 3 or not used[0] < used[1] < used[2]:
-        return False
-    return _by_increments(bars) > IN_VAIN * done.before[-2].by_increments
-
-
-def _by_increments(bars: Sequence[Judged]) -> float:
-    """Return the largest part of an error bar by the increments, over the scale."""
-    return max(float(np.nan_to_num(one.by_increments).max()) for one in bars)
+def _why_no_increments(done: Round, bars: Sequence[Judged]) -> str:
+    """Return why there cannot be more increments, empty if there can."""
+    if not done.setup.load_path.path_dependent:
+        return "no slip depends on the increments"
+    if not done.picks_increments:
+        return "the increments are given"
+    sizes = [*(one.refinement for one in done.before), done.refinement]
+    # Errors by increments that the case gives for some stages stay, however many others there are.
+    if _in_vain(sizes, [*(one.by_increments for one in done.before), _largest_parts(bars)[1]]):
+        return "two rounds with more increments have hardly lowered the error by the increments"
+    return ""
 
 
-def _cell(setup: ProblemSetup) -> float:
-    return max(side / count for side, count in zip(setup.grid.size, setup.grid.shape, strict=True))
+def _in_vain(sizes: Sequence[float], errors: Sequence[float]) -> bool:
+    """Return whether two rounds, each with more of something, have hardly lowered its error."""
+    return len(sizes) > 2 and sizes[-3] < sizes[-2] < sizes[-1] and errors[-1] > IN_VAIN * errors[-3]
 
 
-def _finest_cell(setup: ProblemSetup) -> float:
-    """Return the least spacing (mm) of the height maps, 0 without maps."""
-    if all(surface.kind != "heights" for surface in setup.case.surface):
-        return 0.0
-    return min(min(one.spacing) for one in setup.heights().maps)
+def _finer_points(setup: ProblemSetup, factor: float) -> tuple[int, int]:
+    """Return the points along x and y with a factor on the points per side, on cells no less than a map's spacing."""
+    cell = max(side / count for side, count in zip(setup.grid.size, setup.grid.shape, strict=True))
+    finest = 0.0
+    if any(surface.kind == "heights" for surface in setup.case.surface):
+        finest = min(min(one.spacing) for one in setup.heights().maps)
+    return points_of_cells(setup.closed_forms, setup.grid.size, max(cell / factor, finest))
+
+
+def _parts(one: Judged) -> tuple[DoubleArray, DoubleArray]:
+    """Return the parts of error bars by the cells and by the increments, over the scale, `UNKNOWN` where it is NaN."""
+    bars = np.nan_to_num(one.bars, nan=UNKNOWN)
+    return np.sqrt(np.maximum(bars**2 - one.by_increments**2, 0.0)), one.by_increments
+
+
+def _largest_parts(bars: Sequence[Judged]) -> tuple[float, float]:
+    """Return the largest parts of error bars by the cells and by the increments, over the scale."""
+    cells, increments = zip(*map(_parts, bars), strict=True)
+    return float(np.concatenate(cells).max()), float(np.concatenate(increments).max())
 
 
 def _factors(
@@ -228,8 +257,7 @@ def _left(bars: Sequence[Judged], by_points: DoubleArray, by_increments: DoubleA
     """Return the largest bar that factors on points per side and on increments leave, over the scale."""
     left = np.zeros(np.broadcast_shapes(by_points.shape, by_increments.shape))
     for one in bars:
-        by_cells = np.sqrt(np.maximum(one.bars**2 - one.by_increments**2, 0.0))
-        for cell, increment in zip(by_cells, one.by_increments, strict=True):
+        for cell, increment in zip(*_parts(one), strict=True):
             left = np.maximum(left, np.hypot(cell * by_points**-POINTS_ORDER, increment / by_increments))
     return left
 
@@ -239,6 +267,8 @@ def _beyond(done: Round, following: Round, seconds: float) -> str:
     accuracy, setup = following.asked.solver.accuracy, following.setup
     assert accuracy is not None
     most, count = accuracy.at_most, math.prod(setup.grid.shape)
+    if setup.grid.shape == done.setup.grid.shape and setup.load_path.counts == done.setup.load_path.counts:
+        return "no round follows: the increments that matter are given"
     expected = seconds * estimate(setup).seconds / estimate(done.setup).seconds
     cost = f"{cell_counts(setup.grid.shape)} points and about {rounded_time(expected)}"
     if count > most.cells:
@@ -246,11 +276,13 @@ def _beyond(done: Round, following: Round, seconds: float) -> str:
     spent = sum(one.seconds for one in following.before)
     if most.time is not None and spent + expected > most.time:
         return f"the next round would take {cost} after {rounded_time(spent)}, and at_most.time is {most.time:g} s"
-    try:
-        require_memory(setup)
-    except CaseError as error:
-        return f"the next round would take {cost}: {error.message}"
+    require_memory(setup)
     return ""
+
+
+def no_solution(failed: Round, error: NoSolutionError) -> str:
+    """Return why no round follows, where the one that does has no solution."""
+    return f"the next round, on {cell_counts(failed.setup.grid.shape)} points, has no solution: {error}"
 
 
 def seconds_of(history: Mapping[str, DoubleArray]) -> float:

@@ -1,88 +1,124 @@
-"""Find the round of an accuracy that a result holds, or the parts of a result, to go on with it."""
+"""Solve the rounds of an accuracy into a result, and find the round with which a stopped run goes on.
+
+A round that is complete lies beside the parts of the round that follows it, and becomes the result once no round
+follows, or the one that follows has no solution.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from fretsolve.errors import FileError
+from fretsolve.errors import FileError, NoSolutionError
 from fretsolve.problem.setup.picked_settings import Picks
 from fretsolve.result import HistoryWriter, RunHeader, open_result
-from fretsolve.result.parts import parts_folder
+from fretsolve.result.header import require_same_run
+from fretsolve.result.parts import ROUND_NAME, parts_folder
 from fretsolve.result.reader import read_attributes, read_header
-from fretsolve.simulation.accuracy.rounds import End, Record, Round, next_round, seconds_of
+from fretsolve.result.verdict import Verdict
+from fretsolve.simulation.accuracy.rounds import Judgement, Record, Round, judge, no_solution, seconds_of
 from fretsolve.simulation.problem_setup import set_up
-from fretsolve.simulation.run_to_file import Stop, run_header
+from fretsolve.simulation.run_to_file import run_header
 
 ROUNDS, PICKED_KEYS = "rounds", "picked_keys"
 """Names of the rounds that are done, and of the keys of the case that the rounds pick, in a result's provenance."""
 
+HeaderOf = Callable[[Round], RunHeader]
+"""Returns the header of a round's result."""
 
-def begun_round(first: Round, out: Path) -> Round:
-    """Return the round that the parts of `out`, or `out` itself, hold; the first round where there are none.
 
-    Without an accuracy there is but one. A damaged file is reported by the writer that goes on with it.
+def begun_round(first: Round, out: Path, header_of: HeaderOf) -> Round:
+    """Return the round to go on with: of the parts of `out`, after the round beside them, or of `out` itself.
+
+    Where there is nothing it is the first round. A damaged file is reported by the writer that goes on with it.
+    Raises FileError if the round beside the parts belongs to another run.
     """
-    case = first.asked
-    if case.solver.accuracy is not None and (attributes := _attributes(out)) is not None:
-        with suppress(KeyError, TypeError, ValueError):
-            effective = json.loads(attributes["effective_case"])
-            done = json.loads(attributes["provenance"]).get(ROUNDS, [])
-            points = effective["grid"]["points"]
-            shape = (points, 1) if isinstance(points, int) else (points[0], points[1])
-            before = tuple(Record(**{**one, "points": (one["points"][0], one["points"][1])}) for one in done)
-            return Round(
-                case, set_up(case, first.setup.compiled, Picks(shape, effective["solver"]["refinement"])), before
-            )
+    if first.asked.solver.accuracy is None:
+        return first
+    folder = parts_folder(out)
+    with suppress(OSError, FileError):
+        return _round_of(read_header(folder).attributes("stopped"), first)
+    file = out if out.exists() else folder / ROUND_NAME
+    if not file.exists():
+        return first
+    try:
+        attributes = read_attributes(file)
+    except (OSError, FileError):
+        return first
+    done = _round_of(attributes, first)
+    if file == out:
+        return done
+    require_same_run(file, attributes, header_of(done))
+    return judged_round(done, file).following or done
+
+
+def _round_of(attributes: Mapping[str, Any], first: Round) -> Round:
+    """Return the round that a result or its parts hold, by their attributes."""
+    with suppress(KeyError, TypeError, ValueError):
+        effective, done = (json.loads(attributes[name]) for name in ("effective_case", "provenance"))
+        points, refinement = effective["grid"]["points"], effective["solver"]["refinement"]
+        shape = (points, 1) if isinstance(points, int) else (points[0], points[1])
+        before = tuple(Record(**{**one, "points": tuple(one["points"])}) for one in done[ROUNDS])
+        setup = set_up(first.asked, first.compiled, Picks(shape, refinement))
+        return replace(first, setup=setup, before=before)
     return first
 
 
-def _attributes(out: Path) -> Mapping[str, Any] | None:
-    with suppress(OSError, FileError):
-        return read_header(parts_folder(out)).attributes("stopped")
-    with suppress(OSError, FileError):
-        return read_attributes(out)
-    return None
-
-
-def in_provenance(rounds: Round) -> dict[str, Any]:
+def in_provenance(current: Round) -> dict[str, Any]:
     """Return the rounds that are done as the provenance of a result has them; nothing without an accuracy."""
-    if rounds.asked.solver.accuracy is None:
+    if current.asked.solver.accuracy is None:
         return {}
-    keys = {"grid.points": rounds.picks_points, "solver.refinement": rounds.picks_increments}
+    keys = {"grid.points": current.picks_points, "solver.refinement": current.picks_increments}
     return {
-        ROUNDS: [asdict(one) for one in rounds.before],
+        ROUNDS: [asdict(one) for one in current.before],
         PICKED_KEYS: [key for key, is_picked in keys.items() if is_picked],
     }
 
 
-def rounds_into(
-    writer: HistoryWriter, first: Round, header_of: Callable[[Round], RunHeader], stop: Stop
-) -> Iterator[Round]:
-    """Yield one round after the other, each to be solved into the result of `writer` before the next one is asked for.
+def solve_rounds(
+    writer: HistoryWriter,
+    begun: Round,
+    header_of: HeaderOf,
+    solve: Callable[[Round], bool],
+    prepared: Callable[[Round], Round] = lambda current: current,
+) -> tuple[Round, Verdict | None] | None:
+    """Solve a round and all that follow, and let the last one be the result; return it, or None after a stop.
 
-    header_of: returns the header of a round's result; stop: after which no round begins. Raises FileError.
+    solve: solves what is missing of a round into `writer`, and returns whether it is complete; prepared: returns a
+    round as it is to be solved. If a later round has no solution, the round before it is the result. Raises
+    NoSolutionError if the first round has none, FileError.
     """
-    current = first
+    current = begun
+    if current.asked.solver.accuracy is None:
+        return (current, None) if writer.complete or solve(current) else None
     while True:
-        yield current
-        following = after(current, writer.out)
-        if isinstance(following, End) or stop.requested:
-            return
-        current = following
-        writer.begin_anew(header_of(current))
+        try:
+            if not (writer.complete or writer.holds_round or solve(current)):
+                return None
+        except NoSolutionError as error:
+            if not current.before:
+                raise
+            before = _round_of(read_attributes(writer.out), begun)
+            verdict = judged_round(before, writer.out).verdict
+            assert verdict is not None
+            return before, replace(verdict, reason=no_solution(current, error))
+        found = judged_round(current, writer.out if writer.complete else writer.round)
+        if found.following is None:
+            if not writer.complete:
+                writer.give_round()
+            return current, found.verdict
+        current = prepared(found.following)
+        writer.begin_round(header_of(current))
 
 
-def after(done: Round, out: Path) -> Round | End:
-    """Return the round that follows the round whose result is `out`, or why there is none."""
-    if done.asked.solver.accuracy is None:
-        return End(None)
-    with open_result(out) as result:
-        return next_round(done, result.history, result.cycle_columns, seconds_of(result.history))
+def judged_round(done: Round, file: Path) -> Judgement:
+    """Judge the round whose result is `file`. Raises FileError."""
+    with open_result(file) as result:
+        return judge(done, result.history, result.cycle_columns, seconds_of(result.history))
 
 
 def header_of_round(threads: int, overrides: Sequence[str], current: Round) -> RunHeader:

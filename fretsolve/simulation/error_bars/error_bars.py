@@ -25,7 +25,7 @@ from fretsolve.problem.model.rig import MOTIONS, RESULTANTS, Rig
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.history import History
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, ESTIMATED, State, Summary, SummaryErrors
-from fretsolve.result.verdict import LEFT
+from fretsolve.result.verdict import LEFT_OVER
 from fretsolve.simulation.error_bars.coarse_runs import (
     CORRECTABLE,
     TOTAL,
@@ -152,7 +152,7 @@ class ErrorBars:
         parts[:, imposed] *= 0.0  # where a coarse run has failed, it stays NaN
         change[imposed] = 0.0
         errors, corrected = (
-            np.hypot(np.linalg.norm([*parts[:2], *(left * parts[2:])], axis=0), iteration) for left in (1.0, LEFT)
+            np.hypot(np.linalg.norm([*parts[:2], *(left * parts[2:])], axis=0), iteration) for left in (1.0, LEFT_OVER)
         )
         self._follow(self._path.after(self._summaries))
         rig = self._setup.model.rig

@@ -33,7 +33,7 @@ def history(**changes: object) -> dict[str, np.ndarray]:
 def test_verdict_is_of_the_worst_bar_at_the_ends_of_stages() -> None:
     bars = history(delta_x_error=[9.0, 0.02, 9.0, 0.05])
     found = verdict({"accuracy": 0.01}, bars)
-    assert (found.quantity, found.place, found.worst, found.met) == ("delta_x", "at the end of stage 2", 0.025, False)
+    assert (found.quantity, found.stage, found.worst, found.met) == ("delta_x", 2, 0.025, False)
     assert str(found).endswith("delta_x at the end of stage 2 is known to 2.5 % of the largest tangential displacement")
     assert verdict({"accuracy": 0.05}, bars).met
 
@@ -138,5 +138,5 @@ def test_quantities_of_cycles_are_judged_in_their_cycles() -> None:
     columns["energy_ratio_error"] = np.array([0.002, 0.01, 0.004])
     case = {"solver": {"accuracy": {"target": 0.01, "of": ["energy_ratio"]}}}
     found = verdict_of(case, history(), lambda: columns)
-    assert (found.quantity, found.place, found.met) == ("energy_ratio", "in cycle 2", False)
+    assert (found.quantity, found.cycle, found.met) == ("energy_ratio", 2, False)
     assert found.worst == pytest.approx(0.02)

@@ -18,7 +18,7 @@ import fretsolve
 from fretsolve.result import open_result
 from fretsolve.result.verdict import Judged
 from fretsolve.simulation.accuracy.in_memory import solved
-from fretsolve.simulation.accuracy.rounds import AIM, MOST_FINER, End, _factors, first_round, next_round
+from fretsolve.simulation.accuracy.rounds import AIM, MOST_FINER, Judgement, _factors, first_round, judge
 from fretsolve.simulation.problem_setup import set_up
 
 SHEARED = [{"P": 400.0}, {"Qx": 36.0}]
@@ -85,32 +85,36 @@ def test_increments_that_change_nothing_end_the_rounds() -> None:
     """One stage has few increments, which are kept, and the error that they leave stays behind."""
     path = [{"P": 400.0, "increments": 2}, {"Qx": 10.0}]
     asked = {"accuracy": {"target": 0.05, "of": ["work_total"]}}
-    last, _, end = solved(build(bodies=DISSIMILAR, load_path=path, grid={"points": 36}, solver=asked))
-    assert end.verdict is not None and not end.verdict.met
-    assert end.reason == "more increments, twice, have hardly made the error by the increments smaller"
+    last, _, known = solved(build(bodies=DISSIMILAR, load_path=path, grid={"points": 36}, solver=asked))
+    assert known is not None and not known.met
+    assert (
+        known is not None
+        and known.reason
+        == "no round follows: two rounds with more increments have hardly lowered the error by the increments"
+    )
     assert len(last.before) == 2
 
 
 def test_a_sphere_is_known_as_well_as_asked_for() -> None:
     """Against Hertz and Mindlin; each bar holds."""
     case = build(load_path=SHEARED, friction=0.1, solver={"accuracy": 0.005}, grid={})
-    last, states, end = solved(case)
-    assert end.verdict is not None and end.verdict.met
-    assert end.verdict.worst <= 0.005
+    last, states, known = solved(case)
+    assert known is not None and known.met
+    assert known.worst <= 0.005
     hertz, mindlin = last.setup.closed_forms.hertz[1], last.setup.closed_forms.tangential(1)
     assert states[-1].summary.delta_z == pytest.approx(hertz.delta_z, rel=0.005)
     assert states[-1].summary.contact_radius == pytest.approx(hertz.contact_radius, rel=0.005)
     assert states[-1].summary.work_total == pytest.approx(mindlin.dissipated_energy(), rel=0.03)  # uncoupled form
     sizes = [one.points[0] for one in last.before] + [last.setup.grid.nx]
     assert all(low < high <= 2 * low for low, high in pairwise(sizes))
-    assert list(fretsolve.run(case))[-1].summary.P == states[-1].summary.P
+    assert list(fretsolve.run(case))[-1].summary.work_total == states[-1].summary.work_total
 
 
 def test_given_points_are_kept() -> None:
     case = build(load_path=SHEARED, solver={"accuracy": 1e-4}, grid={"points": 24})
-    last, _, end = solved(case)
+    last, _, known = solved(case)
     assert last.before == ()
-    assert end.reason == "the case gives its points, which are kept"
+    assert known is not None and known.reason == "no round follows: grid.points is given"
 
 
 @pytest.mark.parametrize(
@@ -118,17 +122,17 @@ def test_given_points_are_kept() -> None:
 )
 def test_limits_end_the_rounds_with_the_cost_of_the_next_one(at_most: dict[str, Any], says: str) -> None:
     accuracy = {"target": 1e-3, "at_most": at_most}
-    last, states, end = solved(build(load_path=SHEARED, solver={"accuracy": accuracy}, grid={}))
+    last, states, known = solved(build(load_path=SHEARED, solver={"accuracy": accuracy}, grid={}))
     assert last.before == ()
     assert states[-1].errors is not None, "the first round is given with its bars"
-    assert end.reason.startswith("the next round would take ")
-    assert end.reason.endswith(says)
-    assert f"{2 * last.setup.grid.nx} x " in end.reason
+    assert known is not None and known.reason.startswith("the next round would take ")
+    assert known is not None and known.reason.endswith(says)
+    assert f"{2 * last.setup.grid.nx} x " in known.reason
 
 
 def test_without_an_accuracy_there_is_one_round() -> None:
     only = first_round(build(load_path=SHEARED, grid={"points": 16}))
-    assert next_round(only, {}, lambda: None, 1.0) == End(None)
+    assert judge(only, {}, lambda: None, 1.0) == Judgement(None)
 
 
 def test_run_goes_through_rounds_and_keeps_the_last(tmp_path: Path) -> None:

@@ -104,9 +104,9 @@ def test_no_accuracy_is_met_by_cells_that_miss_waves(tmp_path: Path) -> None:
     for wave, height, met in ((WAVE, HEIGHT, False), (WAVE, 1e-9, True), (0.1, HEIGHT, True)):
         first = ridges(tmp_path, wave, height, grid={"size": 0.71}, solver=asked)
         assert first.grid.nx < 40 and not warned(first)
-        last, _, end = solved(build(surface=surface_of(tmp_path), grid={"size": 0.71}, solver=asked))
-        assert end.verdict is not None and end.verdict.met == met
-        assert met or (end.verdict.worst > 0.5 and "at_most.cells is 4000" in end.reason), last.before
+        last, _, known = solved(build(surface=surface_of(tmp_path), grid={"size": 0.71}, solver=asked))
+        assert known is not None and known.met == met
+        assert met or (known.worst > 0.5 and "at_most.cells is 4000" in known.reason), last.before
 
 
 @pytest.mark.slow
