@@ -108,7 +108,7 @@ class Verdict:
         advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
         if self.far:
             advised = f"; more than {MOST_REFINED:g} times the {self.far} would be needed"
-        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{reason}{advised}{left_out}"
+        return f"{asked} is not met: {of} is known to {percent(self.worst)} of {scale}{reason or advised}{left_out}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -129,7 +129,6 @@ def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, secon
     known = (UNKNOWN, "") if math.isnan(found.worst) else (found.worst, found.quantity)
     picked = setup.grid.shape, done.refinement, setup.load_path.increments
     record = Record(*picked, *known, *_largest_parts(bars), seconds, at_end)
-    found = replace(found, advice="", far="")
     try:
         finer_setup = set_up(done.asked, done.compiled, finer)
         following = Round(done.asked, finer_setup, (*done.before, record), done.compiled)
