@@ -56,6 +56,8 @@ def unjudged_quantities(
             yield key, f"{name} is known with a rig alone; the case has none"
         elif not wear and name in OF_WEAR:
             yield key, f"{name} is known with wear alone; the case has none"
+        elif wear and name in CYCLE_DIMENSIONS:
+            yield key, f"{name} has no error bar with wear; columns of the history such as wear_volume have one"
         elif name in CYCLE_DIMENSIONS and all(stage.cycle is None for stage in stages):
             yield key, f"{name} is a quantity of a cycle, and the load path has none; another one is needed"
 

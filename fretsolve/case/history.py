@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from itertools import chain
 from typing import Any
 
 from fretsolve.case.dimensions import (
@@ -167,6 +168,15 @@ class Summary:
 
 EXTENTS = tuple(column.name for column in fields(Summary) if "_width_" in column.name or "_center_" in column.name)
 """Widths and middles of the zones. NaN stands for the middle of a zone that does not exist."""
+
+USUAL = (*chain(*COMPONENTS), "contact_radius", "work_total")
+"""What an accuracy is about unless it names others: loads, displacements, contact radius, dissipated energy."""
+
+WORN = ("wear_volume", "wear_depth_max")
+"""What it is about with wear, besides."""
+
+SCALED = (*USUAL, *EXTENTS, "stick_radius", "max_pressure", "spring_energy", *WORN)
+"""What an accuracy may be about, besides quantities of cycles: all with an error bar and a scale for it."""
 
 DIMENSIONS_BY_NAME: dict[str, Dimension] = {column.name: column.metadata["dimension"] for column in fields(Summary)}
 

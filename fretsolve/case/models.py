@@ -209,6 +209,14 @@ class Case(CaseModel):
         return self
 
     @model_validator(mode="after")
+    def _accuracy_has_error_bars(self) -> Self:
+        solver = self.solver
+        if solver.accuracy is not None and self.wear is None and "error_bars" in solver.model_fields_set:
+            message = "without error bars nothing tells what a round is known to; leave the key out"
+            refused_at([(("solver", "error_bars"), message)] if not solver.error_bars else [])
+        return self
+
+    @model_validator(mode="after")
     def _friction_can_change(self) -> Self:
         if not isinstance(self.friction.coefficient, float):
             refused_at(

@@ -15,6 +15,7 @@ from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_forms import AnyWornCycle, WornCycle, worn_cycles
 from fretsolve.reference.materials import material_named
 from fretsolve.reference.tangential import full_stick_compliance
+from fretsolve.simulation.accuracy.rounds import Round
 
 MOST_STAGES_LISTED = 40
 
@@ -97,17 +98,15 @@ def mirror_lines(setup: ProblemSetup) -> list[str]:
     return [f"mirror images about y = 0: {which} solved on the half y > 0"]
 
 
-def accuracy_lines(setup: ProblemSetup) -> list[str]:
-    """Return a line with the settings that the accuracy picks for its first round, and the limits of its rounds."""
-    accuracy = setup.case.solver.accuracy
+def accuracy_lines(current: Round) -> list[str]:
+    """Return a line with the settings that the accuracy picks for a round, and the limits of further rounds."""
+    setup, accuracy = current.setup, current.asked.solver.accuracy
     if accuracy is None:
         return []
     picked = ", ".join(setup.picked) or "nothing: all settings are given"
     most, limits = accuracy.at_most, [f"{accuracy.at_most.cells} cells"]
     limits += [] if most.time is None else [rounded_time(most.time)]
-    refines = any(text.endswith(("points", "increments per stage")) for text in setup.picked)
-    judges = setup.case.solver.error_bars or setup.case.wear is not None
-    rounds = f"; its rounds take at most {' and '.join(limits)}" if refines and judges else ""
+    rounds = f"; further rounds take at most {' and '.join(limits)}" if current.picked_keys else ""
     return [f"accuracy {percent(accuracy.target)} picks {picked}{rounds}"]
 
 

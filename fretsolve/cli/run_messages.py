@@ -48,7 +48,7 @@ class QuietMessages:
 
     def __init__(self, current: Round, out: Path, threads: int, *, resume: bool, goes_on: bool = False):
         self.setup, self.out, self.threads, self.resume = current.setup, out, threads, resume
-        self.before, self.goes_on, setup = current.before, goes_on, current.setup
+        self.current, self.goes_on, setup = current, goes_on, current.setup
         self.source = setup.case.source
         self.increments, self.stages = setup.load_path.increments, len(setup.load_path.last_steps)
         self.cycles = represented_cycles(setup)
@@ -161,14 +161,14 @@ class TextMessages(QuietMessages):
         """Print the model with its reasons, the grid and the warnings."""
         setup = self.setup
         if self.goes_on:
-            last, number = self.before[-1], len(self.before)
+            last, number = self.current.before[-1], len(self.current.before)
             known = f"knows {last.quantity} to {percent(last.worst)}" if last.quantity else "has no error bars"
             finer = f"round {number + 1}: {cell_counts(setup.grid.shape)} points, {path_length(setup)}"
             print(f"round {number} {known}; {finer}", flush=True)
             return
         print(printable(setup.case.title or self.source.path.name))
         print(printable(f"result: {self.out}"))
-        for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(setup)):
+        for line in (*model_lines(setup.model), f"grid: {grid_line(setup)}", *accuracy_lines(self.current)):
             print(line)
         done = f", {writer.increments} of them done" if writer.increments else ""
         print(f"{path_length(setup)}{done}", flush=True)

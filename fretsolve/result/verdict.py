@@ -6,7 +6,6 @@ number of increments replaces the value as run. The module loads no pydantic, so
 
 from __future__ import annotations
 
-import itertools
 import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +16,7 @@ import numpy as np
 
 from fretsolve.case.cycle_quantities import CYCLES_WITH_BARS
 from fretsolve.case.dimensions import percent
-from fretsolve.case.history import ACTUATORS, COMPONENTS, EXTENTS
+from fretsolve.case.history import ACTUATORS, EXTENTS, SCALED, USUAL
 from fretsolve.result.state import CORRECTED_SUFFIX, ERROR_SUFFIX, stage_ends
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
@@ -42,13 +41,6 @@ SCALES = {
     "work_total": "its largest value, or of a thousandth of P times delta_z if that is more",
 }
 """The scales of errors in words; any other quantity has its largest value at the ends of stages as its scale."""
-
-USUAL = (*itertools.chain(*COMPONENTS), "contact_radius", "work_total")
-"""The columns of the history that an accuracy is about unless it names others; motions of the actuator with a rig."""
-
-SCALED = (*USUAL, *EXTENTS, "stick_radius", "max_pressure", "spring_energy", "wear_volume", "wear_depth_max")
-"""The columns of the history that an accuracy may be about."""
-
 
 POINTS_ORDER, MOST_REFINED = 1.4, 4.0
 """Order by which error bars fall with the points per side, and the most times as many points or increments that are

@@ -126,7 +126,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
             saved = SavedRun(out, header, advice)
             # Without a lock, since a complete result may lie in a folder that cannot be written.
             if resume and out.exists() and not saved.folder.exists() and saved.take_final(retry):
-                return cls(saved, None)
+                return cls(saved, None, pause, advice, shared, in_rounds)
             lock = RunLock.acquire(saved.folder)
             saved.notes += filter(None, [lock.note])
             try:

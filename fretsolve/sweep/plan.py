@@ -18,7 +18,7 @@ from fretsolve.errors import CaseError, CaseErrors, FileError, KeyPath
 from fretsolve.problem.setup.cost_estimate import Estimate, free_bytes, require_memory, rounded_bytes
 from fretsolve.problem.setup.problem import ProblemSetup, compiling_pays
 from fretsolve.result import RunHeader
-from fretsolve.simulation.accuracy.rounds import Round, first_round
+from fretsolve.simulation.accuracy.rounds import Round, first_round, most_memory
 from fretsolve.simulation.accuracy.saved_rounds import header_of_round
 from fretsolve.sweep.beginnings import beginnings_of, shared
 from fretsolve.sweep.manifest import RESULTS_NAME, Manifest, ManifestRow, SideOutput, digest
@@ -208,7 +208,7 @@ class _Survey:
         if not self.usual:
             usual = (one.name if one.stage == last else str(one) for one in usual_quantities(setup))
             self.usual = (*usual, *((ERROR_OF_WEAR,) if setup.case.wear is not None else ()))
-        self.stages, self.memory = min(self.stages, last), max(self.memory, expected.memory)
+        self.stages, self.memory = min(self.stages, last), max(self.memory, most_memory(prepared.first))
         self.have_bars &= setup.case.solver.error_bars
         lacking = ((name, lacking_of(name, setup.case.output)) for name in BESIDE_DIMENSIONS)
         self.lacking |= {name: text for name, text in lacking if text is not None}

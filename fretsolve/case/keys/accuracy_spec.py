@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, Field, GetJsonSchemaHandler, field_serializer, field_validator, model_validator
@@ -10,26 +11,21 @@ from pydantic_core import CoreSchema
 from fretsolve.case.base import CaseModel, Count, Named, each_once
 from fretsolve.case.cycle_quantities import CYCLES_WITH_BARS
 from fretsolve.case.dimensions import NUMBER, TIME
-from fretsolve.case.history import COMPONENTS, EXTENTS
+from fretsolve.case.history import SCALED
 from fretsolve.case.other_names import key_meant, nearest
-from fretsolve.case.quantities import InUnits, refused, shown
+from fretsolve.case.quantities import InUnits, QuantityError, refused, shown, split_quantity
 
 LEVELS = {"draft": 0.05, "standard": 0.01, "reference": 0.002}
 """The accuracy that each name stands for."""
 
-OF_HISTORY = (
-    *(name for names in COMPONENTS for name in names),
-    *("contact_radius", "stick_radius", *EXTENTS, "max_pressure", "work_total", "spring_energy"),
-)
-OF_WORN = ("wear_volume", "wear_depth_max")
-JUDGED = (*OF_HISTORY, *OF_WORN, *CYCLES_WITH_BARS)
+NAMED = (*SCALED, *CYCLES_WITH_BARS)
 """Quantities that an accuracy may be about: columns of the history, worn ones, and quantities of cycles."""
 
 
-def _judged(name: str) -> str:
-    if name not in JUDGED:
-        meant = key_meant(name, JUDGED)
-        advice = f"did you mean {meant!r}?" if meant else nearest(name, JUDGED)
+def _known(name: str) -> str:
+    if name not in NAMED:
+        meant = key_meant(name, NAMED)
+        advice = f"did you mean {meant!r}?" if meant else nearest(name, NAMED)
         raise refused(f"{shown(name)} is not a quantity with an error bar; {advice}")
     return name
 
@@ -48,8 +44,10 @@ class AtMost(CaseModel):
     @classmethod
     def _has_a_unit(cls, value: object) -> object:
         """A bare number is refused: seconds are as likely as minutes."""
-        if isinstance(value, int | float) and not isinstance(value, bool):
-            raise refused(f"{shown(value)} has no unit; a time such as '{value:g} min' is needed")
+        with suppress(QuantityError):
+            number, unit = split_quantity(value)
+            if not unit:
+                raise refused(f"{shown(value)} has no unit; a time such as '{number:g} min' is needed")
         return value
 
     @field_serializer("time", when_used="json")
@@ -72,7 +70,7 @@ class Accuracy(CaseModel):
         " reference (0.2 %)",
         examples=["1 %"],
     )
-    of: tuple[Annotated[str, AfterValidator(_judged), Field(json_schema_extra={"enum": list(JUDGED)})], ...] = Field(
+    of: tuple[Annotated[str, AfterValidator(_known), Field(json_schema_extra={"enum": list(NAMED)})], ...] = Field(
         default=(),
         description="quantities; none for loads, displacements, contact radius and dissipated energy",
         examples=[["Qx", "delta_x", "work_total"]],

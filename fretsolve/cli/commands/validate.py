@@ -31,7 +31,7 @@ from fretsolve.problem.setup.line_forms import LineClosedForms
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.warnings import case_warnings, cells_across
 from fretsolve.problem.setup.yield_warnings import cylinder_contact
-from fretsolve.simulation.problem_setup import set_up
+from fretsolve.simulation.accuracy.rounds import Round, first_round
 from fretsolve.system.progress import print_warnings
 
 NO_STICK_RADIUS = "no closed form gives the stick radius under a tangential load between unlike bodies"
@@ -42,7 +42,8 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     code = 0
     for path in cases:
         try:
-            setup = set_up(read_case(path, pipe=True).case(overrides))
+            first = first_round(read_case(path, pipe=True).case(overrides))
+            setup = first.setup
             if setup.case.output.fatigue is not None:
                 from fretsolve.post.fatigue.request import require_fatigue
 
@@ -54,7 +55,7 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
             if any(isinstance(surface, HeightsSurface) for surface in setup.case.surface):
                 setup.separation()  # reads the maps
             setup.friction_on_grid()  # as the run will have it
-            print(*report(setup), "", sep="\n", flush=True)
+            print(*report(first), "", sep="\n", flush=True)
             print_warnings(path, *case_warnings(setup, path.with_suffix(".h5")))
         except (CaseError, FileError) as error:
             print(error, file=sys.stderr)
@@ -62,10 +63,11 @@ def validate_cases(cases: Sequence[Path], overrides: Sequence[str]) -> int:
     return code
 
 
-def report(setup: ProblemSetup) -> Iterator[str]:
-    """Yield the lines of the report on one case."""
+def report(first: Round) -> Iterator[str]:
+    """Yield the lines of the report on one case, of which no more than the first round is known."""
+    setup = first.setup
     yield f"# {setup.case.source.path}, with all defaults, in mm, N, MPa, rad"
-    yield effective_yaml(setup)
+    yield effective_yaml(first)
     yield "# model"
     yield from model_table(setup)
     yield f"Dundurs' constant {setup.model.compliances.dundurs_constant:.4g}"
@@ -74,7 +76,7 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield "\n# grid"
     yield grid_line(setup)
     yield from mirror_lines(setup)
-    yield from accuracy_lines(setup)
+    yield from accuracy_lines(first)
     yield from surface_lines(setup)
     yield f"\n# load path of {path_length(setup)}"
     yield from stage_lines(setup)
@@ -88,9 +90,11 @@ def report(setup: ProblemSetup) -> Iterator[str]:
     yield from cost_lines(setup)
 
 
-def effective_yaml(setup: ProblemSetup) -> str:
-    """Return the case with all defaults, as a case file."""
-    case = setup.case.effective()
+def effective_yaml(first: Round) -> str:
+    """Return the case with all defaults, as a case file, without what the rounds of an accuracy pick."""
+    case = first.setup.case.effective()
+    for group, name in (key.split(".") for key in first.picked_keys):
+        del case[group][name]
     return yaml.safe_dump(case, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110)
 
 

@@ -196,7 +196,7 @@ def in_words(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPa
     span = " to ".join(str(count) for count in dict.fromkeys(counts[:1] + counts[-1:]))
     texts = {
         f"{cell_counts(points)} points": asked.grid.points is None,
-        f"{span} increments per stage": counts and load_path.path_dependent,
+        f"{span} increments per stage": counts and load_path.path_dependent and "refinement" not in given,
         f"tolerance {case.solver.tolerance:g}": "tolerance" not in given,
         "error bars": "error_bars" not in given and asked.wear is None,
     }

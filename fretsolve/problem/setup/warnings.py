@@ -382,11 +382,6 @@ def _about_solver(setup: ProblemSetup) -> Iterator[str]:
     if solver.accuracy is None:
         return
     accuracy = solver.accuracy.target
-    if not solver.error_bars and setup.case.wear is None:
-        yield (
-            f"solver.error_bars: without error bars nothing tells if accuracy {percent(accuracy)} is met; leave the"
-            " key out"
-        )
     needed = tolerance_needed(accuracy)
     if solver.precision == "single":
         if accuracy < SINGLE_ACCURACY:

@@ -14,14 +14,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fretsolve.case.dimensions import cell_counts
-from fretsolve.case.keys.accuracy_spec import OF_WORN
+from fretsolve.case.history import USUAL, WORN
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.problem.setup.cost_estimate import estimate, require_memory, rounded_time
 from fretsolve.problem.setup.picked_settings import Picks, points_of_cells
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import stage_ends
-from fretsolve.result.verdict import POINTS_ORDER, USUAL, Cycles, Judged, Verdict, judged, scales, verdict
+from fretsolve.result.verdict import POINTS_ORDER, Cycles, Judged, Verdict, judged, scales, verdict
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.arrays import DoubleArray
 
@@ -88,6 +88,14 @@ class Round:
         return automatic and self.setup.load_path.path_dependent and not given
 
     @property
+    def picked_keys(self) -> tuple[str, ...]:
+        """The keys of the case that rounds pick."""
+        if self.asked.solver.accuracy is None:
+            return ()
+        picks = {"grid.points": self.picks_points, "solver.refinement": self.picks_increments}
+        return tuple(key for key, is_picked in picks.items() if is_picked)
+
+    @property
     def refinement(self) -> float:
         """The factor on automatic numbers of increments."""
         return self.setup.case.solver.refinement or 1.0
@@ -148,7 +156,7 @@ def _against_the_last_round(done: Round, history: Mapping[str, DoubleArray]) -> 
     assert accuracy is not None
     last, ends = done.before[-1] if done.before else None, stage_ends(history["stage"])
     known, end = scales(history, ends), ends[-1:]
-    at_end = {name: float(history[name][end[0]]) for name in accuracy.of or (*USUAL, *OF_WORN) if known.get(name)}
+    at_end = {name: float(history[name][end[0]]) for name in accuracy.of or (*USUAL, *WORN) if known.get(name)}
     errors = dict.fromkeys(at_end, math.nan)
     if last is not None:
         ratio = (math.prod(setup.grid.shape) / math.prod(last.points)) ** (1.0 / len(setup.grid.axes))
@@ -277,6 +285,15 @@ def _beyond(done: Round, following: Round, seconds: float) -> str:
         return f"the next round would take {cost} after {rounded_time(spent)}, and at_most.time is {most.time:g} s"
     require_memory(setup)
     return ""
+
+
+def most_memory(first: Round) -> float:
+    """Return the memory (bytes) that the rounds may take."""
+    setup, accuracy = first.setup, first.asked.solver.accuracy
+    if accuracy is not None and first.picks_points:
+        finer = (accuracy.at_most.cells / math.prod(setup.grid.shape)) ** (1.0 / len(setup.grid.axes))
+        setup = replace(setup, grid=setup.grid.cut_into(*_finer_points(setup, max(finer, 1.0))))
+    return estimate(setup).memory
 
 
 def no_solution(failed: Round, error: NoSolutionError) -> str:

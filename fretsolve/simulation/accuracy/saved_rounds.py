@@ -72,11 +72,7 @@ def in_provenance(current: Round) -> dict[str, Any]:
     """Return the rounds that are done as the provenance of a result has them; nothing without an accuracy."""
     if current.asked.solver.accuracy is None:
         return {}
-    keys = {"grid.points": current.picks_points, "solver.refinement": current.picks_increments}
-    return {
-        ROUNDS: [asdict(one) for one in current.before],
-        PICKED_KEYS: [key for key, is_picked in keys.items() if is_picked],
-    }
+    return {ROUNDS: [asdict(one) for one in current.before], PICKED_KEYS: current.picked_keys}
 
 
 def solve_rounds(

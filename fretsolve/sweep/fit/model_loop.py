@@ -73,7 +73,7 @@ class LoopModel:
 
     text: the case with `--set`; pressing: entries of its load path that come before; motion: that the stages move;
     start: the motion where the measured cycle starts; ways: the motions along its half cycles, an increment each.
-    points: cells per side, None where the case decides; compiled: whether the compiled kernels are used.
+    points: as `grid.points`, None where the case decides; compiled: whether the compiled kernels are used.
     """
 
     text: CaseText
@@ -82,7 +82,7 @@ class LoopModel:
     start: float
     ways: tuple[tuple[float, ...], tuple[float, ...]]
     parameters: tuple[Parameter, ...]
-    points: int | None
+    points: int | list[int] | None
     compiled: bool = False
 
     def case(self, values: Sequence[float]) -> Case:
@@ -96,7 +96,8 @@ class LoopModel:
         stages = [{self.motion: one, "increments": number, "spacing": "equal"} for one, number in path]
         data = {key: value for key, value in data.items() if key not in ("expect", "output")}
         data |= {"load_path": [*data["load_path"][: self.pressing], *stages], "output": {"fields": []}}
-        data["solver"] = {**data.get("solver", {}), "error_bars": False}
+        solver = {key: value for key, value in data.get("solver", {}).items() if key != "accuracy"}
+        data["solver"] = {**solver, "error_bars": False}
         if self.points is not None:
             data = replaced(data, ("grid", "points"), self.points)
         return replace(self.text, data=data).case()

@@ -92,7 +92,9 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
     if case.grid.points is None:  # the rounds of an accuracy pick them, once for all values of the parameters
         from fretsolve.simulation.accuracy.in_memory import solved
 
-        picked = solved(case)[0].setup.grid.nx
+        known = solved(case)[0].setup
+        picked = list(known.grid.shape) if case.plane is None else known.grid.nx
+        text = text.overridden([f"solver.tolerance={known.case.solver.tolerance:g}"])
     fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, picked)
     setup = set_up(fine.case([one.start for one in parameters]))
     fine = replace(fine, compiled=compiling_pays(USUAL_LOOPS * setup.seconds_saved))

@@ -15,6 +15,7 @@ from fretsolve.errors import CaseError
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.cycles.table import CYCLE_NAMES
 from fretsolve.result.state import CORRECTED_SUFFIX
+from fretsolve.simulation.accuracy.rounds import most_memory
 from fretsolve.sweep.manifest import Manifest
 from fretsolve.sweep.plan import SIDE_OUTPUTS, BaseCase, PreparedCase
 from fretsolve.sweep.quantity import (
@@ -207,7 +208,7 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
         base.overrides,
         tuple(map(str, compared)),
         base.threads,
-        max(one.expected.memory for one in cases),
+        max(most_memory(one.first) for one in cases),
         tuple(one.row(index) for index, one in enumerate(cases)),
         results_name="",
     )
@@ -227,7 +228,10 @@ def _base(request: StudyRequest, needed: Collection[str]) -> BaseCase:
             text, overrides = _without(name, text, overrides)
     text, overrides = _expecting_of(needed, text, overrides)
     fields = "output.fields=[pressure, shear]" if needed else "output.fields=[]"
-    return BaseCase.of(text, overrides, last=(fields, f"solver.error_bars={str(request.corrected).lower()}"))
+    # the rounds of an accuracy have error bars anyway
+    rounds = text.case(overrides).solver.accuracy is not None or any("accuracy" in one for one in request.varied)
+    bars = () if rounds else (f"solver.error_bars={str(request.corrected).lower()}",)
+    return BaseCase.of(text, overrides, last=(fields, *bars))
 
 
 def _without(name: str, text: CaseText, overrides: Sequence[str]) -> tuple[CaseText, Sequence[str]]:

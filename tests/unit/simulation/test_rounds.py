@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from itertools import pairwise
 from pathlib import Path
@@ -10,27 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from command_line import invoke, refused
-from small_cases import write_case
-from solving import DISSIMILAR, build
+from solving import DISSIMILAR, SPHERE, build
 
 import fretsolve
-from fretsolve.result import open_result
+from fretsolve.errors import CaseError
 from fretsolve.result.verdict import Judged
 from fretsolve.simulation.accuracy.in_memory import solved
 from fretsolve.simulation.accuracy.rounds import AIM, MOST_FINER, Judgement, _factors, first_round, judge
 from fretsolve.simulation.problem_setup import set_up
 
 SHEARED = [{"P": 400.0}, {"Qx": 36.0}]
-
-CASE = """\
-bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]
-surface: {sphere: {radius: 10 mm}}
-friction: 0.1
-load_path: [{P: 400 N}, {Qx: 20 N}]
-solver: {accuracy: {target: 3 %}}
-output: {fields: [pressure]}
-"""
 
 
 def bars(*relative: tuple[float, float]) -> list[Judged]:
@@ -135,38 +123,27 @@ def test_without_an_accuracy_there_is_one_round() -> None:
     assert judge(only, {}, lambda: None, 1.0) == Judgement(None)
 
 
-def test_run_goes_through_rounds_and_keeps_the_last(tmp_path: Path) -> None:
-    case, out = write_case(tmp_path, CASE), tmp_path / "case.h5"
-    ran = invoke("run", case)
-    assert ran.exit_code == 0, ran.stderr
-    assert "round 2: " in ran.stdout
-    assert "accuracy 3 % is met: " in ran.stdout
-    with open_result(out) as result:
-        rounds = json.loads(result.attributes["provenance"])["rounds"]
-        points, refinement = result.effective_case["grid"]["points"], result.effective_case["solver"]["refinement"]
-        assert points[0] > rounds[-1]["points"][0] or refinement > rounds[-1]["refinement"]
-        assert all(one["worst"] > 0.03 for one in rounds)
-        assert result.status == "complete"
-    assert invoke("run", case, "--resume").output.startswith(f"{out}: already complete, ")
-    assert (
-        refused(4, "run", case, "--resume", "--set", "solver.accuracy=2 %").count("solver.accuracy.target is 0.03") == 1
+def test_a_map_that_is_coarser_than_the_cells_takes_no_fewer_points(tmp_path: Path) -> None:
+    file = tmp_path / "map.npy"
+    np.save(file, np.zeros((16, 16)))
+    surface = [SPHERE, {"heights": {"file": str(file), "spacing": 0.1}}]
+    last, _, known = solved(build(bodies=DISSIMILAR, surface=surface, load_path=SHEARED, solver={"accuracy": 1e-3}))
+    assert known is not None and "as small as the spacing of the height map" in known.reason
+    assert all(one.points == last.setup.grid.shape for one in last.before)
+
+
+def test_a_first_round_without_error_bars_is_followed_by_a_finer_one() -> None:
+    """Of the torque friction carries 0.9994 on the coarsest grid, so that it has no solution there."""
+    last, states, known = solved(
+        build(friction=0.3, load_path=[{"P": 400.0}, {"Mz": 21.2}], grid={}, solver={"accuracy": 0.05})
     )
+    assert last.before[0].quantity == ""
+    assert known is not None and known.met
+    assert states[-1].errors is not None and math.isfinite(states[-1].errors.P_error)
 
 
-def test_a_stopped_round_is_gone_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("whole", "parted"):
-        (tmp_path / name).mkdir()
-    whole, parted = (write_case(tmp_path / name, CASE) for name in ("whole", "parted"))
-    assert invoke("run", whole, "-q").exit_code == 0
-    from fretsolve.system.signals import StopRequest
-
-    asked = iter([False] * 25 + [True] * 100)
-    with monkeypatch.context() as patch:
-        patch.setattr(StopRequest, "requested", property(lambda self: next(asked)))
-        assert invoke("run", parted, "-q").exit_code == 75
-    header = json.loads((tmp_path / "parted/case.h5.parts/header.json").read_text())
-    assert json.loads(header["provenance"])["rounds"], "it was stopped in a later round"
-    assert invoke("run", parted, "-q", "--resume").exit_code == 0
-    with open_result(whole.with_suffix(".h5")) as one, open_result(parted.with_suffix(".h5")) as other:
-        assert one.effective_case == other.effective_case
-        assert np.array_equal(one.history["work_total"], other.history["work_total"])
+def test_rounds_do_not_go_on_from_a_state() -> None:
+    case = build(load_path=SHEARED, solver={"accuracy": 0.2})
+    state = next(fretsolve.run(case))
+    with pytest.raises(CaseError, match="a state belongs to one round"):
+        fretsolve.run(case, state, [state.summary])

@@ -60,9 +60,6 @@ WARNINGS = {
     ("solver={accuracy: 1 %, tolerance: 1e-5}", "grid.points=96"): (
         "solver.tolerance: 1e-05 is looser than the 1e-06 that accuracy 1 % picks; leave it out to meet it"
     ),
-    ("solver={accuracy: 1 %, error_bars: false}", "grid.points=96"): (
-        "solver.error_bars: without error bars nothing tells if accuracy 1 % is met; leave the key out"
-    ),
     (UNLIKE, "load_path=[{P: 400 N}]", "expect=[]", "friction=0.05", "grid.points=32"): "(Spence: c = 0.0249 mm)",
 }
 
