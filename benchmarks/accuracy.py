@@ -6,12 +6,13 @@
 
 The scenes are drawn at random (`random_scenes`): spheres, ellipsoids, cones, punches, lines, rough and wavy surfaces,
 maps with holes, modes I to III, cycles, turned paths, similar and dissimilar bodies, loads and displacements. They are
-run without points and increments, with each of the accuracies. Errors are those of the corrected values where there
-are any, at the ends of the stages. True values are those of a run with twice the points per side and twice the
-increments of the finest of these runs, corrected for the increments. The cost counts operator applications times
-cells: of all rounds with their coarse runs, over the cheapest of many fixed settings without error bars whose values
-as run are as accurate; and of settings by hand (128 x 128 points, or 512 of a line, with ten increments per stage, or
-40 where the slip depends on the path).
+run without points and increments, with each of the accuracies; scenes without a solution are left out. Errors are those
+of the corrected values where there are any, at the ends of the stages. True values are those of a run with twice the
+points per side and twice the increments of the finest of these runs, corrected for the increments; they keep a third to
+a half of the finest run's errors. The cost counts operator applications times cells: of all rounds with their coarse
+runs, over the cheapest of many fixed settings without error bars whose values as run are as accurate, as only the true
+values tell; and of settings by hand (128 x 128 points, or 512 of a line, with ten increments per stage, or 40 where the
+slip depends on the path).
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ from random_scenes import unseen_cases
 
 import fretsolve
 from fretsolve.case.dimensions import percent
+from fretsolve.case.history import USUAL
 from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
 from fretsolve.errors import FretsolveError
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.verdict import USUAL, judged, scales
-from fretsolve.simulation.accuracy.in_memory import history_of
-from fretsolve.simulation.accuracy.rounds import End, Round, first_round, next_round, seconds_of
-from fretsolve.simulation.error_bars.error_bars import run_with_error_bars
+from fretsolve.result.verdict import Verdict, judged, scales
+from fretsolve.simulation.accuracy.in_memory import history_of, rounds_of
+from fretsolve.simulation.accuracy.rounds import Round, first_round
 from fretsolve.simulation.problem_setup import set_up
 
 TARGETS = (0.05, 0.01, 0.002)
@@ -119,21 +120,20 @@ class Answer:
     """What the rounds of an accuracy have led to."""
 
     last: Round
-    end: End
+    verdict: Verdict
     history: Mapping[str, Any]
     cost: float
 
 
 def answer(case: CalibrationCase, target: float) -> Answer:
-    """Run the rounds of an accuracy."""
-    done, cost = first_round(asked(case, target)), 0.0
-    while True:
-        history = history_of(list(run_with_error_bars(done.setup)))
-        cost += applications(history) * math.prod(done.setup.grid.shape)
-        following = next_round(done, history, lambda: None, seconds_of(history))
-        if isinstance(following, End):
-            return Answer(done, following, history, cost)
-        done = following
+    """Run the rounds of an accuracy. Raises FretsolveError where the first one has no solution."""
+    costs, found = {}, None
+    for last, rows, known in rounds_of(asked(case, target)):
+        assert known.verdict is not None
+        found = Answer(last, known.verdict, history_of(rows), 0.0)
+        costs[len(last.before)] = applications(found.history) * math.prod(last.setup.grid.shape)
+    assert found is not None
+    return replace(found, cost=sum(costs.values()))
 
 
 def applications(history: Mapping[str, Any]) -> float:
@@ -185,15 +185,14 @@ def rows_of(truths: Path | None, case: CalibrationCase) -> list[Row]:
         truth = kept(truths, case.name, lambda: true_ends(finest))
         rows = []
         for target, one in answers.items():
-            verdict = one.end.verdict
-            assert verdict is not None
+            verdict = one.verdict
             bars = judged((), one.history, lambda: None)
             columns = {bar.quantity: bar.column for bar in bars if bar.quantity not in verdict.unbounded}
             error, worst = error_of(one.history, truth, columns) if truth else (math.nan, "")
             cheapest = cheapest_cost(case, target, truth, columns) if truth else math.nan
             setup, hand = one.last.setup, by_hand(case)
             size = setup.grid.shape, setup.load_path.increments, 1 + len(one.last.before)
-            found = (verdict.met, verdict.worst, verdict.quantity, error, worst, one.end.reason)
+            found = (verdict.met, verdict.worst, verdict.quantity, error, worst, verdict.reason)
             rows.append(Row(case.name, target, *size, *found, one.cost, cheapest, hand))
             print(" | ".join(rows[-1].cells), file=sys.stderr, flush=True)
     except FretsolveError as error:
@@ -206,7 +205,6 @@ def cheapest_cost(case: CalibrationCase, target: float, truth: Ends, columns: Ma
     """Return the cost of the cheapest fixed settings whose values as run are as accurate; NaN where none are."""
     least = math.inf
     first = first_round(asked(case, target)).setup
-    tolerance = first.case.solver.tolerance
     for refinement in REFINEMENTS if first.load_path.path_dependent else REFINEMENTS[:1]:
         for side in LADDER:
             shape = first.grid.shape[: len(first.grid.axes)]
@@ -227,7 +225,6 @@ def cheapest_cost(case: CalibrationCase, target: float, truth: Ends, columns: Ma
             if error_of(history, truth, {name: name for name in columns})[0] <= target:
                 least = min(least, cost)
                 break
-    assert tolerance > 0.0
     return least if math.isfinite(least) else math.nan
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, GetJsonSchemaHandler, field_serializer, field_validator, model_validator
 from pydantic_core import CoreSchema
@@ -31,7 +31,7 @@ def _known(name: str) -> str:
 
 
 class AtMost(CaseModel):
-    """What the rounds of an accuracy may take."""
+    """What the rounds of an accuracy may take; the first one is solved in any case."""
 
     time: Annotated[float, InUnits(TIME, above=0)] | None = Field(
         default=None,
@@ -63,7 +63,7 @@ Target = Annotated[
 
 
 class Accuracy(CaseModel):
-    """How well quantities are to be known at the ends of stages. A value alone is the target."""
+    """How well quantities are to be known at the ends of stages, or in cycles."""
 
     target: Target = Field(
         description="largest error bar over the quantity's scale, such as 1 %, or draft (5 %), standard (1 %),"
@@ -72,20 +72,20 @@ class Accuracy(CaseModel):
     )
     of: tuple[Annotated[str, AfterValidator(_known), Field(json_schema_extra={"enum": list(NAMED)})], ...] = Field(
         default=(),
-        description="quantities; none for loads, displacements, contact radius and dissipated energy",
+        description="quantities, also of cycles; none for loads, displacements, contact radius and dissipated energy",
         examples=[["Qx", "delta_x", "work_total"]],
     )
-    at_most: AtMost = Field(default=AtMost(), description="what the rounds may take", examples=[{"time": "10 min"}])
+    at_most: AtMost = Field(default_factory=AtMost, description="what the rounds may take", examples=[{"time": "10 min"}])
 
     @model_validator(mode="before")
     @classmethod
     def _from_target(cls, value: Any) -> Any:
         return value if isinstance(value, dict | Accuracy) else {"target": value}
 
-    @model_validator(mode="after")
-    def _each_once(self) -> Self:
-        each_once(self.of)
-        return self
+    @field_validator("of")
+    @classmethod
+    def _each_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        return each_once(names)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
