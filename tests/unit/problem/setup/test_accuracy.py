@@ -46,12 +46,12 @@ def test_it_picks_what_is_not_given() -> None:
 
 def test_settings_that_are_given_win() -> None:
     path = [{"P": 400.0, "increments": 3}]
-    given = solver(tolerance=1e-7, error_bars=False)
+    given = solver(tolerance=1e-7)
     setup = set_up(build(bodies=DISSIMILAR, grid={"points": [40, 44]}, load_path=path, solver=given))
     assert setup.grid.shape == (40, 44)
     assert setup.load_path.counts == (3,)
-    assert (setup.case.solver.tolerance, setup.case.solver.error_bars) == (1e-7, False)
-    assert setup.picked == ()
+    assert setup.case.solver.tolerance == 1e-7
+    assert setup.picked == ("error bars",)
 
 
 def test_without_accuracy_nothing_changes() -> None:
