@@ -30,7 +30,16 @@ from fretsolve.result.layout import (
 )
 from fretsolve.result.lock import is_locked
 from fretsolve.result.part_reader import PartReader, Steps, damage_reported
-from fretsolve.result.parts import HEADER_NAME, Part, component, contiguous_parts, parts_folder, read_rows, read_state
+from fretsolve.result.parts import (
+    HEADER_NAME,
+    ROUND_NAME,
+    Part,
+    component,
+    contiguous_parts,
+    parts_folder,
+    read_rows,
+    read_state,
+)
 from fretsolve.system.arrays import DoubleArray
 from fretsolve.system.environment import how_to_install
 from fretsolve.system.files import read_small_text, require_regular
@@ -245,13 +254,18 @@ def open_result(path: str | Path) -> Result:
             if out.exists():
                 return _open_file(out)
             if parts_folder(out).is_dir():
-                return _open_parts(out)
+                between_rounds = not (parts_folder(out) / HEADER_NAME).exists() and _round_of(out).exists()
+                return _open_file(_round_of(out)) if between_rounds else _open_parts(out)
         except FileNotFoundError:
             continue  # finished at this moment: look again
         except OSError as error:
             raise FileError(f"cannot be read: {error.strerror or error}", out) from error
         raise FileError(f"no such file, nor parts of a run in {parts_folder(out).name}{_other_name(out)}", out)
     raise FileError("the run has not begun to save increments", parts_folder(out))
+
+
+def _round_of(out: Path) -> Path:
+    return parts_folder(out) / ROUND_NAME
 
 
 def _other_name(out: Path) -> str:

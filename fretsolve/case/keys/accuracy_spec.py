@@ -75,7 +75,9 @@ class Accuracy(CaseModel):
         description="quantities, also of cycles; none for loads, displacements, contact radius and dissipated energy",
         examples=[["Qx", "delta_x", "work_total"]],
     )
-    at_most: AtMost = Field(default_factory=AtMost, description="what the rounds may take", examples=[{"time": "10 min"}])
+    at_most: AtMost = Field(
+        default_factory=AtMost, description="what the rounds may take", examples=[{"time": "10 min"}]
+    )
 
     @model_validator(mode="before")
     @classmethod

@@ -111,6 +111,7 @@ def test_a_stop_between_two_rounds_loses_neither(tmp_path: Path, monkeypatch: py
     assert (stopped.exit_code, out.exists()) == (75, False)
     assert "stopped with 0 of " in stopped.stderr
     assert (tmp_path / "case.h5.parts" / ROUND_NAME).exists()
+    assert "complete, 14 increments" in invoke("show", out).stdout
     refused(2, "run", case)
     refused(4, "run", case, "--resume", "--set", "friction=0.2")
     resumed = invoke("run", case, "--resume")
