@@ -264,8 +264,15 @@ def validated(model: type[File], data: Any, source: CaseSource, problems: Sequen
     return read
 
 
+VALUE_ALONE = {"friction": "coefficient", "accuracy": "target"}
+"""Keys whose value may stand alone, and the key within that it stands for."""
+
+
 def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
-    """Return a copy of `data` with `value` at `key`, and new mappings on the way. A `LookupError` is for the user."""
+    """Return a copy of `data` with `value` at `key`, and new mappings on the way. A `LookupError` is for the user.
+
+    Beside a value that stands alone, other keys are added.
+    """
     if not key:
         return value
     part, rest = key[0], key[1:]
@@ -277,4 +284,7 @@ def replaced(data: Any, key: Sequence[str | int], value: Any) -> Any:
     if isinstance(part, int):
         raise LookupError(f"this is not a list with an entry {part}; give the whole list, as in grid.points=[64, 64]")
     mapping = data if isinstance(data, dict) else {}
-    return {**mapping, part: replaced(mapping.get(part), rest, value)}
+    inner = mapping.get(part)
+    if rest and part in VALUE_ALONE and isinstance(inner, str | int | float):
+        inner = {VALUE_ALONE[part]: inner}
+    return {**mapping, part: replaced(inner, rest, value)}

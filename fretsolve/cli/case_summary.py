@@ -10,7 +10,7 @@ from fretsolve.case.history import DIMENSIONS_BY_NAME, moment_sign
 from fretsolve.case.keys.unrolled_path import Stage
 from fretsolve.case.keys.wear_spec import WearSpec
 from fretsolve.problem.model.required_terms import Model
-from fretsolve.problem.setup.cost_estimate import estimate, rounded_time
+from fretsolve.problem.setup.cost_estimate import estimate
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.problem.setup.wear_forms import AnyWornCycle, WornCycle, worn_cycles
 from fretsolve.reference.materials import material_named
@@ -105,7 +105,7 @@ def accuracy_lines(current: Round) -> list[str]:
         return []
     picked = ", ".join(setup.picked) or "nothing: all settings are given"
     most, limits = accuracy.at_most, [f"{accuracy.at_most.cells} cells"]
-    limits += [] if most.time is None else [rounded_time(most.time)]
+    limits += [] if most.time is None else [f"{most.time:g} s"]
     rounds = f"; further rounds take at most {' and '.join(limits)}" if current.picked_keys else ""
     return [f"accuracy {percent(accuracy.target)} picks {picked}{rounds}"]
 

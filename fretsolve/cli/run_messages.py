@@ -244,11 +244,17 @@ class TextMessages(QuietMessages):
 
 
 class JsonMessages(QuietMessages):
-    """Print a JSON object per line; its key `event` is start, warning, increment or end."""
+    """Print a JSON object per line; its key `event` is start, warning, increment, round or end."""
 
     def start(self, writer: HistoryWriter) -> None:
-        """Print the event `start`, and a `warning` for each warning of the case."""
+        """Print the event `start`, and a `warning` for each warning of the case; or `round` for a later round."""
         setup, grid = self.setup, self.setup.grid
+        if self.goes_on:
+            last = self.current.before[-1]
+            known = {"quantity": last.quantity, "worst": last.worst if last.quantity else None}
+            number = len(self.current.before) + 1
+            json_line("round", round=number, before=known, increments=self.increments, points=list(grid.shape))
+            return
         json_line(
             "start",
             fretsolve_version=__version__,

@@ -109,6 +109,22 @@ class Result(AbstractContextManager["Result"]):
         return case
 
     @cached_property
+    def rounds_before(self) -> list[dict[str, Any]]:
+        """The rounds of an accuracy before the one that the result holds, with what each was known to and cost."""
+        rounds: list[dict[str, Any]] = self._provenance.get("rounds", [])
+        return rounds
+
+    @property
+    def in_rounds(self) -> bool:
+        """Whether rounds of an accuracy have picked keys of the case."""
+        return bool(self._provenance.get("picked_keys"))
+
+    @cached_property
+    def _provenance(self) -> dict[str, Any]:
+        found: dict[str, Any] = json.loads(self.attributes.get("provenance", "{}"))
+        return found
+
+    @cached_property
     def case(self) -> Case | None:
         """The case with its defaults, None if this version does not understand it."""
         from fretsolve.case.loading import stored_case

@@ -61,7 +61,8 @@ class Verdict:
     worst: the largest bar over its scale, NaN where one is unknown; quantity: of what it is, empty where nothing has a
     bar; stage, cycle: at the end of which stage, or in which cycle, it is; corrected: whether the bar belongs to a
     corrected value; unbounded: quantities left out, since no bar holds them; unseen: whether the dissipated energy is
-    left out, as it is 0 and may not be; advice: key and value of settings with which the accuracy may be met; far: of
+    left out, as it is 0 and may not be; small: quantities that are next to nothing, and count over a least scale;
+    advice: key and value of settings with which the accuracy may be met; far: of
     what it would take more than MOST_REFINED times as many; reason: why no finer run was made.
     """
 
@@ -73,6 +74,7 @@ class Verdict:
     corrected: bool = False
     unbounded: tuple[str, ...] = ()
     unseen: bool = False
+    small: tuple[str, ...] = ()
     advice: str = ""
     far: str = ""
     reason: str = ""
@@ -80,21 +82,23 @@ class Verdict:
     @property
     def met(self) -> bool:
         """True if all bars are known and within the accuracy."""
-        return self.worst <= self.accuracy
+        return self.worst <= self.accuracy and not self.unbounded
 
     def __str__(self) -> str:
         asked = f"accuracy {percent(self.accuracy)}"
         place = f"at the end of stage {self.stage}" if self.cycle is None else f"in cycle {self.cycle}"
         reason = f"; {self.reason}" if self.reason else ""
-        if not self.quantity:
-            return f"{asked} is not proved: all that it is about is 0 or unbounded"
+        if not self.quantity and not self.unbounded:
+            return f"{asked} is not proved: all that it is about is 0"
+        if not self.quantity or (self.unbounded and self.worst <= self.accuracy):
+            return f"{asked} is not proved: {', '.join(self.unbounded)} is unbounded"
         if math.isnan(self.worst):
             return f"{asked} is not proved: there is no error bar of {self.quantity} {place}{reason}"
         of = f"{'the corrected ' * self.corrected}{self.quantity} {place}"
         scale = SCALES.get(self.quantity, "its largest value")
-        left_out = f"; {', '.join(self.unbounded)} is unbounded and does not count" if self.unbounded else ""
-        if self.unseen:
-            left_out += "; no cell slips, so that work_total is not known and does not count"
+        left_out = "; no cell slips, so that work_total is not known and does not count" if self.unseen else ""
+        if self.small:
+            left_out += f"; {', '.join(self.small)} is next to nothing, and counts over a thousandth of what presses"
         if self.met:
             return f"{asked} is met: {percent(self.worst)} at most, of {of}{left_out}"
         advised = f"; --set {shlex.quote(self.advice)} may do" if self.advice else ""
@@ -108,7 +112,8 @@ class Judged:
     """The error bars of a quantity where it is judged: at the ends of stages, or of cycles.
 
     bars, by_increments: error bars and their parts by the increments, over the scale (n,); the rest is by the cells.
-    numbers: of the stages or cycles; steps: the last increments, none of cycles.
+    numbers: of the stages or cycles; steps: the last increments, none of cycles; small: whether the scale is a least
+    one, since the quantity is next to nothing.
     """
 
     quantity: str
@@ -118,6 +123,7 @@ class Judged:
     by_increments: DoubleArray
     numbers: IndexArray
     steps: IndexArray | None = None
+    small: bool = False
 
 
 Cycles = Callable[[], Mapping[str, Any] | None]
@@ -127,16 +133,19 @@ Cycles = Callable[[], Mapping[str, Any] | None]
 def judged(of: Sequence[str], history: Mapping[str, DoubleArray], cycles: Cycles) -> list[Judged]:
     """Return the error bars that an accuracy is about, some perhaps infinite or NaN.
 
-    of: quantities, none for the usual ones. Loads and displacements that are 0 but for rounding have no place in it.
+    of: quantities, none for the usual ones. Loads and displacements that are 0 but for rounding have no place in it;
+    what is next to nothing counts over a least scale, unless it is named.
     """
     ends = stage_ends(history["stage"])
-    known = scales(history, ends)
+    own = scales(history, ends, 0.0)
+    known = own if of else scales(history, ends)
     found = []
     for name in of or USUAL:
         if known.get(name, 0.0) > 0.0 and not _is_nothing(name, history, ends):
             bars, by_increments = (part[ends] / known[name] for part in _parts(name, history))
-            numbers = history["stage"][ends].astype(int)
-            found.append(Judged(name, best_column(name, history), known[name], bars, by_increments, numbers, ends))
+            numbers, small = history["stage"][ends].astype(int), known[name] > own[name]
+            column = best_column(name, history)
+            found.append(Judged(name, column, known[name], bars, by_increments, numbers, ends, small))
     of_cycles = [name for name in of if name in CYCLES_WITH_BARS]
     table = (cycles() if of_cycles else None) or {}
     for name in of_cycles:
@@ -194,8 +203,9 @@ def verdict(
         worst.column != worst.quantity,
         unbounded,
         "work_total" + ERROR_SUFFIX in history and hides_energy(history),
+        tuple(one.quantity for one in bounded if one.small),
     )
-    return found if found.met else _with_advice(found, worst, index, history, points)
+    return found if found.worst <= accuracy else _with_advice(found, worst, index, history, points)
 
 
 def hides_energy(history: Mapping[str, DoubleArray]) -> bool:
@@ -275,8 +285,11 @@ def best_column(name: str, history: Mapping[str, DoubleArray]) -> str:
     return name + CORRECTED_SUFFIX if name + CORRECTED_SUFFIX in history else name
 
 
-def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, float]:
-    """Return the scale of each quantity's error, as `SCALES` names it; ends: the last increments of stages."""
+def scales(history: Mapping[str, DoubleArray], ends: IndexArray, least: float = LEAST_MOTION_SCALE) -> dict[str, float]:
+    """Return the scale of each quantity's error, as `SCALES` names it.
+
+    ends: the last increments of stages; least: part of what presses that what moves and dissipates counts as, at least.
+    """
     sizes = {name for name in SCALED if name in history and name not in EXTENTS}
     largest = {name: float(np.abs(history[name][ends]).max()) for name in sizes}
     # In a line contact displacements may not be known, which leaves their scales 0.
@@ -284,14 +297,14 @@ def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, fl
     largest |= dict.fromkeys(unknown, 0.0)
     approach, radius, force = largest["delta_z"], largest["contact_radius"], largest["P"]
     turn = approach / radius if radius else 0.0
-    tangential_force = max(largest["Qx"], largest["Qy"], LEAST_MOTION_SCALE * force)
-    tangential_motion = max(largest["delta_x"], largest["delta_y"], LEAST_MOTION_SCALE * approach)
+    tangential_force = max(largest["Qx"], largest["Qy"], least * force)
+    tangential_motion = max(largest["delta_x"], largest["delta_y"], least * approach)
     of_rig: dict[str, float] = {}
     if "actuator_x" in history:
         far = max(largest["actuator_x"], largest["actuator_y"], tangential_motion)
         of_rig = dict.fromkeys(("actuator_x", "actuator_y"), far)
         of_rig |= dict.fromkeys(("actuator_phi_x", "actuator_phi_y"), turn)
-        of_rig["actuator_phi_z"] = max(largest["actuator_phi_z"], LEAST_MOTION_SCALE * turn)
+        of_rig["actuator_phi_z"] = max(largest["actuator_phi_z"], least * turn)
     return {
         **largest,
         **of_rig,
@@ -299,10 +312,8 @@ def scales(history: Mapping[str, DoubleArray], ends: IndexArray) -> dict[str, fl
         **dict.fromkeys(("Mx", "My", "Mz"), force * radius),
         **dict.fromkeys(("delta_x", "delta_y"), tangential_motion),
         **dict.fromkeys(("phi_x", "phi_y"), turn),
-        "phi_z": max(largest["phi_z"], LEAST_MOTION_SCALE * turn),
+        "phi_z": max(largest["phi_z"], least * turn),
         **dict.fromkeys((name for name in ("stick_radius", *EXTENTS) if name in history), radius),
-        "work_total": max(largest["work_total"], LEAST_MOTION_SCALE * force * approach)
-        if largest["work_total"]
-        else 0.0,
+        "work_total": max(largest["work_total"], least * force * approach) if largest["work_total"] else 0.0,
         **dict.fromkeys(unknown, 0.0),
     }

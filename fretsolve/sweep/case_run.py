@@ -59,9 +59,11 @@ def solve(
             tell = lambda summary, _: show(summary)  # noqa: E731
             return solve_missing(current.setup, writer, stop, threads=threads, show=tell)
 
+        solved = None
         try:
-            if not writer.complete and solve_rounds(writer, begun, case.header_of, solve_round) is None:
-                code = EXIT_STOPPED
+            if not writer.complete:
+                solved = solve_rounds(writer, begun, case.header_of, solve_round)
+                code = EXIT_STOPPED if solved is None else 0
         except NoSolutionError as error:
             code, reason = error.exit_code, _one_line(error)
         if code == 0:
@@ -69,6 +71,8 @@ def solve(
         if writer.complete:  # another process was faster, or was ended before it had written the side outputs
             return RunReport(index, 0)
         seconds, notes = time.perf_counter() - began, tuple(writer.notes)
+        if solved is not None and (reached := solved[1]) is not None and not reached.met:
+            notes += (str(reached),)
         return RunReport(index, code, reason, increments=writer.increments, seconds=seconds, notes=notes)
 
 

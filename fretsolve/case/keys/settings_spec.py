@@ -45,7 +45,7 @@ class SolverSpec(CaseModel):
     )
     refinement: Annotated[float, InUnits(NUMBER, above=0, most=1000)] | None = Field(
         default=None,
-        description="factor on automatic numbers of increments where the slip depends on them; by default 1, or what"
+        description="factor on automatic numbers of increments where there is more than one; by default 1, or what"
         " accuracy picks",
         examples=[2],
     )

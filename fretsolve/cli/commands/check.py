@@ -23,6 +23,7 @@ from fretsolve.problem.setup.cost_estimate import require_memory
 from fretsolve.problem.setup.warnings import case_warnings
 from fretsolve.result import HistoryWriter
 from fretsolve.result.history import History
+from fretsolve.result.verdict import Verdict
 from fretsolve.simulation.accuracy.rounds import Round, first_round
 from fretsolve.simulation.accuracy.saved_rounds import solve_rounds
 from fretsolve.simulation.run_to_file import solve_missing
@@ -198,7 +199,8 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
             for _ in run(setup, history=histories[-1]):
                 pass
         else:
-            found_beside, loads = _run_to_file(text, overrides, histories)
+            found_beside, loads, reached = _run_to_file(text, overrides, histories)
+            warnings += (str(reached),) if reached is not None and not reached.met else ()
         loads = loads.followed(histories[-1])
     except FretsolveError as error:
         failure = error
@@ -217,11 +219,11 @@ def check_case(path: Path, overrides: Sequence[str] = ()) -> CheckedCase:
 
 def _run_to_file(
     text: CaseText, overrides: Sequence[str], histories: list[History]
-) -> tuple[dict[int, float], LoadPath]:
+) -> tuple[dict[int, float], LoadPath, Verdict | None]:
     """Run a case into a folder that does not stay, with its side outputs; return what the history does not hold.
 
     histories: takes up a history per round, also of increments before a failure. The values are by the place in
-    `expect`; the load path is the last round's.
+    `expect`; the load path and the verdict are of the last round.
     """
     from fretsolve.sweep.case_run import write_side_outputs  # few cases expect what the history does not hold
     from fretsolve.sweep.outcome import read_outcome
@@ -258,7 +260,7 @@ def _run_to_file(
             message = f"{one.name} of a loop of moment and rotation is in {units}, which cannot be compared"
             advice = "dissipated_energy, energy_ratio or sliding_ratio can"
             raise case.source.problem(f"{message}; {advice}", ("expect", index, "quantity"))
-    return dict(zip(wanted, map(float, outcome.values), strict=True)), load_path
+    return dict(zip(wanted, map(float, outcome.values), strict=True)), load_path, solved[1]
 
 
 def _report(outcome: CheckedCase) -> None:

@@ -55,6 +55,8 @@ def fit_case(out: Path | None, jobs: int, *, quiet: bool, **asked: Any) -> int:
         for line in notes(fit):
             print(line)
         print(f"written: {', '.join(map(str, [table, case, *([picture] if drawn else [])]))}", flush=True)
+    if plan.reached is not None and not plan.reached.met:
+        print_warnings(request.case, str(plan.reached))
     print_warnings(request.loop, *doubts(fit))
     return EXIT_UNDETERMINED if exceeded(fit) else 0
 

@@ -44,12 +44,14 @@ RESIDUALS = {
 
 
 def total_cost(result: Result) -> tuple[float, int]:
-    """Return wall-clock time and operator applications of a run with the coarse runs of its error bars."""
+    """Return wall-clock time and operator applications of a run, with coarse runs of error bars, and rounds before."""
     history = result.history
     seconds, applications = history["wall_time"].sum(), history["operator_applications"].sum()
     if "coarse_runs_wall_time" in history:
         seconds += history["coarse_runs_wall_time"].sum()
         applications += history["coarse_runs_applications"].sum()
+    for one in result.rounds_before:
+        seconds, applications = seconds + one["seconds"], applications + one["applications"]
     return float(seconds), round(float(applications))
 
 

@@ -6,7 +6,7 @@ import math
 import os
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import IO, TYPE_CHECKING
 
 import numpy as np
@@ -183,12 +183,17 @@ def _totals(result: Result, reached: Verdict | None, *, every_increment: bool) -
     step = int(worst.argmax())
     name = max(RESIDUALS, key=lambda residual: history[residual][step])
     seconds, applications = total_cost(result)
+    before = len(result.rounds_before)
+    in_rounds = f" in {before + 1} rounds" if before else ""
     if "coarse_runs_wall_time" in history:
-        for_errors = float(history["coarse_runs_wall_time"].sum())
-        lines.append(f"error bars: coarse runs took {100.0 * for_errors / seconds:.0f} % of the run")
+        own, for_errors = (float(history[name].sum()) for name in ("wall_time", "coarse_runs_wall_time"))
+        lines.append(f"error bars: coarse runs took {100.0 * for_errors / (own + for_errors):.0f} % of the run")
         lines += about_tiny_values(result)
     lines += [unknown] if (unknown := why_no_bars(history)) else []
-    reached = reached or verdict_of(result.effective_case, history, result.cycle_columns)
+    if reached is None and result.status == "complete":
+        reached = verdict_of(result.effective_case, history, result.cycle_columns)
+        if reached is not None and result.in_rounds:
+            reached = replace(reached, advice="", far="")  # `run` says why no round follows
     lines += [] if reached is None else [str(reached)]
     lines += _point_of_load(result)
     lines += wear_totals(result)
@@ -205,7 +210,7 @@ def _totals(result: Result, reached: Verdict | None, *, every_increment: bool) -
         *about_rows(result),
         f"worst residual {worst[step]:.1e} ({name} of increment {step}),"
         f" dissipated energy {history['work_total'][-1]:.6g} {result.units('work_total')}",
-        f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time",
+        f"{applications} operator applications, {seconds:.3g} {result.units('wall_time')} of wall time{in_rounds}",
         *lines,
     ]
 

@@ -79,7 +79,7 @@ class _PlannedStage:
 class LoadPath:
     """The stages of a case, cut into increments.
 
-    refinement: factor on the automatic numbers of increments where the slip depends on them; at_contact: the loads of
+    refinement: factor on automatic numbers of increments where there is more than one; at_contact: the loads of
     the contact on a rig, by which increments are graded, None for those imposed.
 
     Attributes, of the whole path: increments: their number; path_dependent: whether the slip of any stage depends on
@@ -90,7 +90,7 @@ class LoadPath:
     def __init__(
         self, stages: Sequence[Stage], model: Model, refinement: float = 1.0, at_contact: LoadsAtContact | None = None
     ):
-        self._model, self._refinement, self._at_contact = model, refinement, at_contact
+        self._model, self._at_contact = model, at_contact
         self._planned: list[_PlannedStage] = []
         self._left_out: Collection[int] | None = None
         self._without = 0  # so many of them are left out
@@ -103,7 +103,8 @@ class LoadPath:
             path_dependent = _depends_on_path(stage, moved, model)
             self.path_dependent |= path_dependent
             drawn = DRAWN_INCREMENTS if model.has_shear and moved and _moves(stage) else 1
-            count = stage.increments or (self._needed(index) if path_dependent else drawn)
+            usual = self._needed(index) if path_dependent else drawn
+            count = stage.increments or (1 if usual == 1 else math.ceil(usual * refinement - 1e-9))  # less rounding
             spacing = stage.spacing or ("graded" if path_dependent and not stage.increments else "equal")
             grading = self._gradings[index] if spacing == "graded" else None
             self._planned.append(_PlannedStage(index, stage, count, path_dependent, before, after, grading))
@@ -119,10 +120,9 @@ class LoadPath:
         contact = self._at_contact
         return tuple(stage_gradings(self._model.friction, contact.imposed, laws, contact.course))
 
-    def _needed(self, index: int) -> int:
+    def _needed(self, index: int) -> float:
         """Return the number of increments of a stage whose slip depends on them."""
-        usual = max(DRAWN_INCREMENTS, INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion)
-        return math.ceil(usual * self._refinement - 1e-9)  # less the rounding error
+        return max(DRAWN_INCREMENTS, INCREMENTS_PER_EDGE_MOTION * self._gradings[index].edge_motion)
 
     def _place(self, planned: list[_PlannedStage]) -> None:
         """Let stages follow each other, and set the attributes of each stage."""

@@ -132,7 +132,7 @@ FIRST_CELLS, FEWEST_POINTS = 24, 24
 """Cells across the contact in the first round of an accuracy, and the fewest points of a side."""
 
 FIRST_REFINEMENT = 0.4
-"""Factor on automatic numbers of increments in the first round of an accuracy, where the slip depends on the path."""
+"""Factor on automatic numbers of increments in the first round of an accuracy."""
 
 
 @dataclass(frozen=True)
@@ -192,11 +192,11 @@ def in_words(asked: Case, case: Case, points: tuple[int, int], load_path: LoadPa
     if asked.solver.accuracy is None:
         return ()
     stages, given = zip(asked.stages(), load_path.counts, strict=True), asked.solver.model_fields_set
-    counts = sorted({count for stage, count in stages if stage.increments is None})
+    counts = sorted({count for stage, count in stages if stage.increments is None and count > 1})
     span = " to ".join(str(count) for count in dict.fromkeys(counts[:1] + counts[-1:]))
     texts = {
         f"{cell_counts(points)} points": asked.grid.points is None,
-        f"{span} increments per stage": counts and load_path.path_dependent and "refinement" not in given,
+        f"{span} increments per stage": counts and "refinement" not in given,
         f"tolerance {case.solver.tolerance:g}": "tolerance" not in given,
         "error bars": "error_bars" not in given and asked.wear is None,
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -14,7 +15,7 @@ from fretsolve.errors import NoSolutionError
 from fretsolve.problem.setup.problem import ProblemSetup
 from fretsolve.result.state import State, Summary
 from fretsolve.result.verdict import Verdict
-from fretsolve.simulation.accuracy.rounds import Judgement, Round, first_round, judge, no_solution, seconds_of
+from fretsolve.simulation.accuracy.rounds import Judgement, Round, first_round, judge, no_solution
 from fretsolve.simulation.error_bars.error_bars import run_with_error_bars as with_error_bars
 from fretsolve.simulation.simulation import run as one_run
 from fretsolve.system.arrays import DoubleArray
@@ -81,6 +82,7 @@ def rounds_of(
     """Yield each round of a case with its states and what it is known to, as `solved` takes the last one."""
     current, done = first_round(case), None
     while True:
+        began = time.perf_counter()
         try:
             rows = list(_states(current.setup, threads, warn))
         except NoSolutionError as error:
@@ -89,7 +91,7 @@ def rounds_of(
             yield *done[:2], Judgement(replace(verdict, reason=no_solution(current, error)))
             return
         history = history_of(rows)
-        found = judge(current, history, partial(cycles_of, current.setup, history), seconds_of(history))
+        found = judge(current, history, partial(cycles_of, current.setup, history), time.perf_counter() - began)
         yield current, rows, found
         if found.following is None:
             return

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,8 +33,8 @@ MOST_FINER = 2.0
 """The most times as many points per side, or increments, in the next round."""
 
 IN_VAIN = 0.9
-"""Part of an error that is left after two rounds with more points, or increments, from which on more of them are in
-vain: by first order it is a half or less."""
+"""Part of an error that is left after a round with more points, or increments, from which on they were in vain: by
+first order it is 0.7 after a round with 1.4 times as many."""
 
 UNKNOWN = 1.0
 """Error over the scale by which the next round is picked where none is known: a coarse run of the error bars has no
@@ -46,7 +47,7 @@ one above 1 each stage gets an increment more."""
 
 @dataclass(frozen=True)
 class Record:
-    """A round that is done: its picks, its number of increments, what it is known to, and the seconds that it took.
+    """A round that is done: its picks, its number of increments, what it is known to, and what it cost.
 
     worst, quantity: the worst error bar over its scale, and of what, empty where there is none; by_cells,
     by_increments: the largest parts of error bars; at_end: where coarse runs give no error bars, the values at the end.
@@ -60,6 +61,7 @@ class Record:
     by_cells: float
     by_increments: float
     seconds: float
+    applications: float
     at_end: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -82,10 +84,10 @@ class Round:
 
     @property
     def picks_increments(self) -> bool:
-        """True if the case leaves out numbers of increments, and their factor, that matter."""
-        automatic = any(stage.increments is None for stage in self.asked.stages())
-        given = "refinement" in self.asked.solver.model_fields_set
-        return automatic and self.setup.load_path.path_dependent and not given
+        """True if the case leaves out numbers of increments, and their factor, where there is more than one."""
+        counts = zip(self.asked.stages(), self.setup.load_path.counts, strict=True)
+        automatic = any(stage.increments is None and count > 1 for stage, count in counts)
+        return automatic and "refinement" not in self.asked.solver.model_fields_set
 
     @property
     def picked_keys(self) -> tuple[str, ...]:
@@ -114,10 +116,11 @@ def first_round(case: Case, compiled: bool | None = None) -> Round:
     return Round(case, set_up(case, compiled), compiled=compiled)
 
 
-def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, seconds: float) -> Judgement:
+def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, elapsed: float = 0.0) -> Judgement:
     """Judge a round that is done, and find the round that follows it.
 
-    history: of the round; cycles: returns the columns of its table of cycles; seconds: that the round took.
+    history: of the round; cycles: returns the columns of its table of cycles; elapsed: seconds since the round began,
+    with its setup and its saving.
     """
     accuracy, setup = done.asked.solver.accuracy, done.setup
     if accuracy is None:
@@ -129,14 +132,16 @@ def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, secon
         bars, at_end = _against_the_last_round(done, history)
     found = verdict(accuracy.target, bars, history, setup.grid.shape[: len(setup.grid.axes)])
     bars = [one for one in bars if one.quantity not in found.unbounded]
-    if found.met or not bars:
+    if found.worst <= accuracy.target or not bars:
         return Judgement(found)
     finer = _finer(done, bars)
     if isinstance(finer, str):
         return Judgement(replace(found, reason=finer))
     known = (UNKNOWN, "") if math.isnan(found.worst) else (found.worst, found.quantity)
     picked = setup.grid.shape, done.refinement, setup.load_path.increments
-    record = Record(*picked, *known, *_largest_parts(bars), seconds, at_end)
+    seconds, applications = _cost_of(history)
+    seconds = max(seconds, elapsed)
+    record = Record(*picked, *known, *_largest_parts(bars), seconds, applications, at_end)
     try:
         finer_setup = set_up(done.asked, done.compiled, finer)
         following = Round(done.asked, finer_setup, (*done.before, record), done.compiled)
@@ -203,10 +208,8 @@ def _why_no_points(done: Round, bars: Sequence[Judged]) -> str:
 
 def _why_no_increments(done: Round, bars: Sequence[Judged]) -> str:
     """Return why there cannot be more increments, empty if there can."""
-    if not done.setup.load_path.path_dependent:
-        return "no slip depends on the increments"
     if not done.picks_increments:
-        return "the increments are given"
+        return "the increments that matter are given"
     sizes = [*(one.refinement for one in done.before), done.refinement]
     # Errors by increments that the case gives for some stages stay, however many others there are.
     if _in_vain(sizes, [*(one.by_increments for one in done.before), _largest_parts(bars)[1]]):
@@ -215,8 +218,10 @@ def _why_no_increments(done: Round, bars: Sequence[Judged]) -> str:
 
 
 def _in_vain(sizes: Sequence[float], errors: Sequence[float]) -> bool:
-    """Return whether two rounds, each with more of something, have hardly lowered its error."""
-    return len(sizes) > 2 and sizes[-3] < sizes[-2] < sizes[-1] and errors[-1] > IN_VAIN * errors[-3]
+    """Return whether each of the last two rounds has more of something, and has hardly lowered its error."""
+    grown = [after > before for before, after in pairwise(sizes[-3:])]
+    stayed = [after > IN_VAIN * before for before, after in pairwise(errors[-3:])]
+    return len(grown) == 2 and all(grown) and all(stayed)
 
 
 def _finer_points(setup: ProblemSetup, factor: float) -> tuple[int, int]:
@@ -301,7 +306,8 @@ def no_solution(failed: Round, error: NoSolutionError) -> str:
     return f"the next round, on {cell_counts(failed.setup.grid.shape)} points, has no solution: {error}"
 
 
-def seconds_of(history: Mapping[str, DoubleArray]) -> float:
-    """Return the seconds that a round took, with its coarse runs."""
-    names = ("wall_time", "coarse_runs_wall_time")
-    return float(sum(history[name].sum() for name in names if name in history))
+def _cost_of(history: Mapping[str, DoubleArray]) -> tuple[float, float]:
+    """Return the seconds and the operator applications that a round took, with its coarse runs."""
+    seconds = ("wall_time", "coarse_runs_wall_time"), ("operator_applications", "coarse_runs_applications")
+    found = [sum(float(history[name].sum()) for name in names if name in history) for names in seconds]
+    return found[0], found[1]

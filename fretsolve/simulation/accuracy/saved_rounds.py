@@ -7,6 +7,7 @@ follows, or the one that follows has no solution.
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
@@ -20,7 +21,7 @@ from fretsolve.result.header import require_same_run
 from fretsolve.result.parts import ROUND_NAME, parts_folder
 from fretsolve.result.reader import read_attributes, read_header
 from fretsolve.result.verdict import Verdict
-from fretsolve.simulation.accuracy.rounds import Judgement, Record, Round, judge, no_solution, seconds_of
+from fretsolve.simulation.accuracy.rounds import Judgement, Record, Round, judge, no_solution
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.simulation.run_to_file import run_header
 
@@ -92,6 +93,7 @@ def solve_rounds(
     if current.asked.solver.accuracy is None:
         return (current, None) if writer.complete or solve(current) else None
     while True:
+        began = time.perf_counter()
         try:
             if not (writer.complete or writer.holds_round or solve(current)):
                 return None
@@ -102,7 +104,8 @@ def solve_rounds(
             verdict = judged_round(before, writer.out).verdict
             assert verdict is not None
             return before, replace(verdict, reason=no_solution(current, error))
-        found = judged_round(current, writer.out if writer.complete else writer.round)
+        file = writer.out if writer.complete else writer.round
+        found = judged_round(current, file, time.perf_counter() - began)
         if found.following is None:
             if not writer.complete:
                 writer.give_round()
@@ -111,10 +114,10 @@ def solve_rounds(
         writer.begin_round(header_of(current))
 
 
-def judged_round(done: Round, file: Path) -> Judgement:
-    """Judge the round whose result is `file`. Raises FileError."""
+def judged_round(done: Round, file: Path, elapsed: float = 0.0) -> Judgement:
+    """Judge the round whose result is `file`; elapsed: seconds since the round began. Raises FileError."""
     with open_result(file) as result:
-        return judge(done, result.history, result.cycle_columns, seconds_of(result.history))
+        return judge(done, result.history, result.cycle_columns, elapsed)
 
 
 def header_of_round(threads: int, overrides: Sequence[str], current: Round) -> RunHeader:

@@ -11,6 +11,7 @@ from fretsolve.case.loading import CaseText, read_case
 from fretsolve.case.models import Case
 from fretsolve.errors import CaseError
 from fretsolve.problem.setup.problem import compiling_pays
+from fretsolve.result.verdict import Verdict
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.sweep.fit.loop_file import bare_name, read_loop_file
 from fretsolve.sweep.fit.measured_loop import MeasuredLoop, cut
@@ -54,8 +55,11 @@ class FitRequest:
 
 @dataclass(frozen=True, eq=False)
 class FitPlan:
-    """A checked fit. models: in the order in which they are fitted, the last one on the grid of the case; side:
-    of that grid along x (mm)."""
+    """A checked fit.
+
+    models: in the order in which they are fitted, the last one on the grid of the case; side: of that grid along x
+    (mm); reached: the verdict on the case's accuracy, whose rounds have picked the points, if it has one.
+    """
 
     request: FitRequest
     text: CaseText
@@ -64,6 +68,7 @@ class FitPlan:
     loop: MeasuredLoop
     models: tuple[LoopModel, ...]
     side: float
+    reached: Verdict | None = None
 
 
 def make_fit_plan(request: FitRequest) -> FitPlan:
@@ -88,13 +93,14 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
     if len(loop.force) <= len(parameters) + 4:  # offset and drift, and two to tell their noise
         raise CaseError(f"{len(loop.force)} points cannot tell {len(parameters)} parameters", (), request.loop)
     ways, coarse_ways = ((loop.way(0, n), loop.way(1, n)) for n in (FINE_INCREMENTS, COARSE_INCREMENTS))
-    picked = None
+    picked, reached = None, None
     if case.grid.points is None:  # the rounds of an accuracy pick them, once for all values of the parameters
         from fretsolve.simulation.accuracy.in_memory import solved
 
-        known = solved(case)[0].setup
-        picked = list(known.grid.shape) if case.plane is None else known.grid.nx
-        text = text.overridden([f"solver.tolerance={known.case.solver.tolerance:g}"])
+        last, _, reached = solved(case)
+        grid, solver = last.setup.grid, last.setup.case.solver
+        picked = list(grid.shape) if case.plane is None else grid.nx
+        text = text.overridden([f"solver.tolerance={solver.tolerance:g}"])
     fine = LoopModel(text, pressing, motion, loop.ends[0], ways, parameters, picked)
     setup = set_up(fine.case([one.start for one in parameters]))
     fine = replace(fine, compiled=compiling_pays(USUAL_LOOPS * setup.seconds_saved))
@@ -102,7 +108,7 @@ def make_fit_plan(request: FitRequest) -> FitPlan:
     points = case.grid.points
     is_fine = case.plane is None and (points is None or max(points) > COARSE_POINTS)
     coarse = replace(fine, points=COARSE_POINTS if is_fine else None, ways=coarse_ways)
-    return FitPlan(request, text, case, parameters, loop, (coarse, fine), setup.grid.size[0])
+    return FitPlan(request, text, case, parameters, loop, (coarse, fine), setup.grid.size[0], reached)
 
 
 def _require_plausible(loop: MeasuredLoop, case: Case, path: Path) -> None:

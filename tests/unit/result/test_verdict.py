@@ -38,14 +38,23 @@ def test_verdict_is_of_the_worst_bar_at_the_ends_of_stages() -> None:
     assert verdict({"accuracy": 0.05}, bars).met
 
 
-def test_unbounded_bars_do_not_count_and_are_named() -> None:
+def test_an_unbounded_bar_is_named_and_proves_nothing() -> None:
     bars = history(max_pressure_error=[0.1, 0.1, math.inf, math.inf])
     asked = {"of": ("delta_z", "max_pressure")}
-    met, missed = (verdict({"accuracy": accuracy, **asked}, bars) for accuracy in (0.05, 0.001))
-    assert met.met
-    assert str(met).endswith("; max_pressure is unbounded and does not count")
+    unproved, missed = (verdict({"accuracy": accuracy, **asked}, bars) for accuracy in (0.05, 0.001))
+    assert not unproved.met
+    assert str(unproved) == "accuracy 5 % is not proved: max_pressure is unbounded"
     assert not missed.met
-    assert str(missed).endswith("; max_pressure is unbounded and does not count")
+    assert str(missed).startswith("accuracy 0.1 % is not met: delta_z at the end of stage 1 is known to 0.5 % of")
+
+
+def test_a_named_quantity_counts_over_itself_however_small_it_is() -> None:
+    """Unnamed it counts over a least scale, which is told."""
+    small = history(work_total=np.full(4, 1e-4), work_total_error=np.full(4, 1e-5))
+    usual, named = (verdict({"accuracy": 0.01, "of": of}, small) for of in ((), ("work_total",)))
+    assert usual.met
+    assert str(usual).endswith("; work_total is next to nothing, and counts over a thousandth of what presses")
+    assert (named.met, named.worst) == (False, pytest.approx(0.1))
 
 
 @pytest.mark.parametrize("name", ["delta_x", "Qy", "phi_z", "My", "Mz"])
@@ -59,7 +68,7 @@ def test_a_value_that_is_nothing_but_rounding_does_not_count(name: str) -> None:
 def test_an_accuracy_of_nothing_that_counts_is_not_proved() -> None:
     found = verdict({"accuracy": 0.01, "of": ("Mz",)}, history(Mz=np.zeros(4)))
     assert not found.met
-    assert str(found) == "accuracy 1 % is not proved: all that it is about is 0 or unbounded"
+    assert str(found) == "accuracy 1 % is not proved: all that it is about is 0"
 
 
 @pytest.mark.parametrize(("bar", "named"), [(1e-6, True), (1e-12, False)])

@@ -142,6 +142,17 @@ def test_a_first_round_without_error_bars_is_followed_by_a_finer_one() -> None:
     assert states[-1].errors is not None and math.isfinite(states[-1].errors.P_error)
 
 
+def test_increments_grow_where_they_are_the_whole_error_of_equal_bodies() -> None:
+    """Next to gross slip the energy depends on them, though one increment has the right shear traction."""
+    path, asked = [{"P": 40.0}, {"Qx": 11.995}], {"accuracy": {"target": 0.02, "of": ["work_total"]}}
+    last, states, known = solved(build(friction=0.3, load_path=path, solver=asked))
+    mindlin = last.setup.closed_forms.tangential(1)
+    assert known is not None and known.met
+    assert last.setup.load_path.counts[1] > 10
+    assert states[-1].summary.work_total == pytest.approx(mindlin.dissipated_energy(), rel=0.1)  # Poisson's ratio
+    assert last.before[-1].by_increments > 0.01
+
+
 def test_rounds_do_not_go_on_from_a_state() -> None:
     case = build(load_path=SHEARED, solver={"accuracy": 0.2})
     state = next(fretsolve.run(case))

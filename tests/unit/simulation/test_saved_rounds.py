@@ -95,6 +95,15 @@ def test_a_round_that_fails_leaves_the_round_before_as_the_result(tmp_path: Path
     assert invoke("check", checked, *SHORT, "--set", "solver.accuracy=0.5 %").exit_code == 0
 
 
+def test_json_lines_tell_the_rounds(tmp_path: Path) -> None:
+    lines = invoke("run", write_case(tmp_path, CASE), "--log-json").stdout.splitlines()
+    events = [json.loads(line) for line in lines]
+    assert [one["event"] for one in events if one["event"] != "increment"] == ["start", "round", "end"]
+    (second,) = (one for one in events if one["event"] == "round")
+    assert (second["round"], second["points"], second["before"]["quantity"]) == (2, [36, 36], "work_total")
+    assert events[-1]["accuracy"]["met"]
+
+
 def test_a_first_round_that_fails_is_the_result(tmp_path: Path) -> None:
     assert invoke("run", write_case(tmp_path, CASE), "--set", "solver.max_iterations=2").exit_code == 3
     with open_result(tmp_path / "case.h5") as result:
