@@ -49,6 +49,15 @@ def test_shorthand_gives_way_to_its_mapping(path: Path) -> None:
     assert load_case(path, ["friction.coefficient=0.4"]).friction.coefficient == 0.4
 
 
+def test_a_key_beside_a_value_that_stands_alone(path: Path) -> None:
+    case = load_case(path, ["friction=0.4", "friction.shear_limit=100 MPa"])
+    assert (case.friction.coefficient, case.friction.shear_limit) == (0.4, 100.0)
+    limited = load_case(
+        path, ["grid.points=16", "solver.accuracy=1 %", "solver.accuracy.at_most.time=1 min"]
+    ).solver.accuracy
+    assert limited is not None and (limited.target, limited.at_most.time) == (0.01, 60.0)
+
+
 def test_last_override_wins(path: Path) -> None:
     assert load_case(path, ["friction=0.2", "friction=0.3"]).friction.coefficient == 0.3
 
