@@ -192,7 +192,7 @@ class HistoryWriter(AbstractContextManager["HistoryWriter"]):
         """
         failure = (message, kind) if status == "failed" else None
         self.summaries = History()  # the result has them from the parts: of a long history both would take much memory
-        if failure is not None and self.round.exists():
+        if failure is not None and self._in_rounds and self.round.exists():
             self.give_round()
             return
         with self._reported("cannot write the result", self.out):

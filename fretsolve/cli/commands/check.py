@@ -244,8 +244,8 @@ def _run_to_file(
 
             solved = solve_rounds(writer, prepared.first, prepared.header_of, solve)
             assert solved is not None, "nothing stops it"
-            if solved[0].setup.load_path.increments != len(histories[-1]):  # a later round has no solution
-                histories.append(histories[-2])
+            if len(solved[0].before) < len(histories) - 2:  # the last round has no solution
+                histories.pop()
             write_side_outputs(prepared, writer)
         load_path = solved[0].setup.load_path
         wanted = {

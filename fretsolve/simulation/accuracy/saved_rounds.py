@@ -38,9 +38,9 @@ def begun_round(first: Round, out: Path, header_of: HeaderOf) -> Round:
     Where there is nothing it is the first round. A damaged file is reported by the writer that goes on with it.
     Raises FileError if the round beside the parts belongs to another run.
     """
-    if first.asked.solver.accuracy is None:
-        return first
     folder = parts_folder(out)
+    if first.asked.solver.accuracy is None and (out.exists() or not (folder / ROUND_NAME).exists()):
+        return first
     with suppress(OSError, FileError):
         return _round_of(read_header(folder).attributes("stopped"), first)
     file = out if out.exists() else folder / ROUND_NAME
@@ -92,6 +92,8 @@ def solve_rounds(
     current = begun
     if current.asked.solver.accuracy is None:
         return (current, None) if writer.complete or solve(current) else None
+    if writer.complete and not _has_other_limits(current, writer.out):
+        return current, None
     while True:
         began = time.perf_counter()
         try:
@@ -112,6 +114,13 @@ def solve_rounds(
             return current, found.verdict
         current = prepared(found.following)
         writer.begin_round(header_of(current))
+
+
+def _has_other_limits(current: Round, out: Path) -> bool:
+    """Return whether the complete result `out` was to keep to other limits than the case does now."""
+    there, here = json.loads(read_attributes(out)["effective_case"]), current.setup.case.effective()
+    limits = [case["solver"]["accuracy"]["at_most"] for case in (there, here)]
+    return bool(limits[0] != limits[1])
 
 
 def judged_round(done: Round, file: Path, elapsed: float = 0.0) -> Judgement:

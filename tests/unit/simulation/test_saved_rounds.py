@@ -83,14 +83,19 @@ def test_a_stopped_round_is_gone_on_with(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_a_round_that_fails_leaves_the_round_before_as_the_result(tmp_path: Path) -> None:
     case, out = write_case(tmp_path, CASE), tmp_path / "case.h5"
-    for more in ((), ("--resume",)):
-        ran = invoke("run", case, *SHORT, "--set", "solver.accuracy=0.5 %", *more)
-        assert ran.exit_code == 0, ran.stderr
-        assert "; the next round, on 60 x 60 points, has no solution: " in ran.stderr
-        assert "accuracy 0.5 % is not met: " in ran.stdout
-        with open_result(out) as result:
-            assert (result.status, result.increments) == ("complete", 14)
-        assert not (tmp_path / "case.h5.parts").exists()
+    asked = (*SHORT, "--set", "solver.accuracy={target: 0.5 %, at_most: {time: 1 h}}")
+    ran = invoke("run", case, *asked)
+    assert ran.exit_code == 0, ran.stderr
+    assert "; the next round, on 60 x 60 points, has no solution: " in ran.stderr
+    assert "accuracy 0.5 % is not met: " in ran.stdout
+    with open_result(out) as result:
+        assert (result.status, result.increments) == ("complete", 14)
+    assert not (tmp_path / "case.h5.parts").exists()
+    assert "already complete" in invoke("run", case, *asked, "--resume").stdout
+    again = invoke("run", case, *asked, "--set", "solver.accuracy.at_most.time=2 h", "--resume")
+    assert "; the next round, on 60 x 60 points, has no solution: " in again.stderr
+    with open_result(out) as result:
+        assert (result.status, result.increments) == ("complete", 14)
     checked = write_case(tmp_path, CASE + "expect: [{quantity: delta_z, value: 9.05 um, rel: 1 %}]\n", "checked.yaml")
     assert invoke("check", checked, *SHORT, "--set", "solver.accuracy=0.5 %").exit_code == 0
 
@@ -123,6 +128,7 @@ def test_a_stop_between_two_rounds_loses_neither(tmp_path: Path, monkeypatch: py
     assert "complete, 14 increments" in invoke("show", out).stdout
     refused(2, "run", case)
     refused(4, "run", case, "--resume", "--set", "friction=0.2")
+    refused(4, "run", case, "--resume", "--set", "solver={}", "--set", "grid.points=16")
     resumed = invoke("run", case, "--resume")
     assert resumed.exit_code == 0, resumed.stderr
     assert "grid: 36 x 36 cells" in resumed.stdout, "it goes on with the second round"
@@ -141,6 +147,14 @@ def test_a_sweep_does_not_take_a_round_for_the_result(tmp_path: Path) -> None:
     assert is_finished(case.out, ())
 
 
+def test_check_compares_the_last_round_where_cycles_end_by_themselves(tmp_path: Path) -> None:
+    cycle = "{until: periodic, at_most: 6, stages: [{Qx: 20 N}, {Qx: -20 N}]}"
+    text = CASE.replace("{Qx: 20 N}", f"{{cycle: {cycle}}}").replace("target: 3 %", "target: 5 %")
+    case = write_case(tmp_path, text + "expect: [{quantity: Qx, value: -20 N, rel: 1e-6}]\n")
+    assert invoke("check", case).exit_code == 0
+
+
+@pytest.mark.slow
 def test_a_study_solves_rounds(tmp_path: Path) -> None:
     case = write_case(tmp_path, CASE)
     done = invoke("study", case, "--vary", "solver.accuracy=20 %,3 %", "--quantity", "work_total")
