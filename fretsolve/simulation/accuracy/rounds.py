@@ -33,8 +33,8 @@ MOST_FINER = 2.0
 """The most times as many points per side, or increments, in the next round."""
 
 IN_VAIN = 0.9
-"""Part of an error that is left after a round with more points, or increments, from which on they were in vain: by
-first order it is 0.7 after a round with 1.4 times as many."""
+"""Part of the worst error bar that is left after a round, from which on the round was in vain: by first order it is 0.7
+after a round with 1.4 times as many increments."""
 
 UNKNOWN = 1.0
 """Error over the scale by which the next round is picked where none is known: a coarse run of the error bars has no
@@ -49,8 +49,8 @@ one above 1 each stage gets an increment more."""
 class Record:
     """A round that is done: its picks, its number of increments, what it is known to, and what it cost.
 
-    worst, quantity: the worst error bar over its scale, and of what, empty where there is none; by_cells,
-    by_increments: the largest parts of error bars; at_end: where coarse runs give no error bars, the values at the end.
+    worst, quantity: the worst error bar over its scale, and of what, empty where there is none; at_end: where coarse
+    runs give no error bars, the values at the end.
     """
 
     points: tuple[int, int]
@@ -58,8 +58,6 @@ class Record:
     increments: int
     worst: float
     quantity: str
-    by_cells: float
-    by_increments: float
     seconds: float
     applications: float
     at_end: Mapping[str, float] = field(default_factory=dict)
@@ -134,14 +132,14 @@ def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, elaps
     bars = [one for one in bars if one.quantity not in found.unbounded]
     if found.worst <= accuracy.target or not bars:
         return Judgement(found)
-    finer = _finer(done, bars)
-    if isinstance(finer, str):
-        return Judgement(replace(found, reason=finer))
     known = (UNKNOWN, "") if math.isnan(found.worst) else (found.worst, found.quantity)
+    finer = _why_in_vain(done, known[0]) or _finer(done, bars)
+    if isinstance(finer, str):
+        return Judgement(replace(found, reason=f"no round follows: {finer}"))
     picked = setup.grid.shape, done.refinement, setup.load_path.increments
     seconds, applications = _cost_of(history)
     seconds = max(seconds, elapsed)
-    record = Record(*picked, *known, *_largest_parts(bars), seconds, applications, at_end)
+    record = Record(*picked, *known, seconds, applications, at_end)
     try:
         finer_setup = set_up(done.asked, done.compiled, finer)
         following = Round(done.asked, finer_setup, (*done.before, record), done.compiled)
@@ -179,7 +177,8 @@ def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
     """Return finer points or increments, or why there are none."""
     setup, accuracy = done.setup, done.asked.solver.accuracy
     assert accuracy is not None
-    why_no_points, why_no_increments = _why_no_points(done, bars), _why_no_increments(done, bars)
+    why_no_points = _why_no_points(done)
+    why_no_increments = "" if done.picks_increments else "the increments that matter are given"
     may_grow = not why_no_points, not why_no_increments
     cells, increments = _factors(setup, bars, accuracy.target, may_grow)
     if not setup.case.solver.error_bars and done.picks_increments:  # the errors of both are seen as one
@@ -187,41 +186,31 @@ def _finer(done: Round, bars: Sequence[Judged]) -> Picks | str:
     if cells == increments == 1.0:
         parts = zip(_largest_parts(bars), (why_no_points, why_no_increments), strict=True)
         blocking = [why for part, why in parts if part > accuracy.target and why]
-        return f"no round follows: {' and '.join(blocking or filter(None, (why_no_points, why_no_increments)))}"
+        return " and ".join(blocking or filter(None, (why_no_points, why_no_increments)))
     points = setup.grid.shape if cells == 1.0 else _finer_points(setup, cells)
     return Picks(points, done.refinement * increments)
 
 
-def _why_no_points(done: Round, bars: Sequence[Judged]) -> str:
+def _why_no_points(done: Round) -> str:
     """Return why there cannot be more points, empty if there can."""
-    setup = done.setup
     if not done.picks_points:
         return "grid.points is given"
-    if math.prod(_finer_points(setup, MOST_FINER)) <= math.prod(setup.grid.shape):
+    if math.prod(_finer_points(done.setup, MOST_FINER)) <= math.prod(done.setup.grid.shape):
         return "the cells are as small as the spacing of the height map, below which nothing is known"
-    sizes = [*(math.prod(one.points) for one in done.before), math.prod(setup.grid.shape)]
-    misses_waves = setup.heights().flattening_pressure((setup.grid.dx, setup.grid.dy)) > 0.0
-    if not misses_waves and _in_vain(sizes, [*(one.by_cells for one in done.before), _largest_parts(bars)[0]]):
-        return "two rounds with more points have hardly lowered the error by the cells"
     return ""
 
 
-def _why_no_increments(done: Round, bars: Sequence[Judged]) -> str:
-    """Return why there cannot be more increments, empty if there can."""
-    if not done.picks_increments:
-        return "the increments that matter are given"
-    sizes = [*(one.refinement for one in done.before), done.refinement]
-    # Errors by increments that the case gives for some stages stay, however many others there are.
-    if _in_vain(sizes, [*(one.by_increments for one in done.before), _largest_parts(bars)[1]]):
-        return "two rounds with more increments have hardly lowered the error by the increments"
-    return ""
+def _why_in_vain(done: Round, worst: float) -> str:
+    """Return why finer rounds are in vain, empty if they are not: the last two have hardly lowered the worst bar.
 
-
-def _in_vain(sizes: Sequence[float], errors: Sequence[float]) -> bool:
-    """Return whether each of the last two rounds has more of something, and has hardly lowered its error."""
-    grown = [after > before for before, after in pairwise(sizes[-3:])]
-    stayed = [after > IN_VAIN * before for before, after in pairwise(errors[-3:])]
-    return len(grown) == 2 and all(grown) and all(stayed)
+    So it is where the bar is of increments that the case gives for some stages. Cells that miss waves of a height map
+    or of a roughness have large bars until they see the waves.
+    """
+    grid, known = done.setup.grid, [*(one.worst for one in done.before), worst]
+    stayed = [after > IN_VAIN * before for before, after in pairwise(known[-3:])]
+    misses_waves = done.setup.heights().flattening_pressure((grid.dx, grid.dy)) > 0.0
+    in_vain = len(stayed) == 2 and all(stayed) and not misses_waves
+    return "the last two rounds have hardly lowered the error" if in_vain else ""
 
 
 def _finer_points(setup: ProblemSetup, factor: float) -> tuple[int, int]:

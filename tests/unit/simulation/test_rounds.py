@@ -75,11 +75,7 @@ def test_increments_that_change_nothing_end_the_rounds() -> None:
     asked = {"accuracy": {"target": 0.05, "of": ["work_total"]}}
     last, _, known = solved(build(bodies=DISSIMILAR, load_path=path, grid={"points": 36}, solver=asked))
     assert known is not None and not known.met
-    assert (
-        known is not None
-        and known.reason
-        == "no round follows: two rounds with more increments have hardly lowered the error by the increments"
-    )
+    assert known is not None and known.reason == "no round follows: the last two rounds have hardly lowered the error"
     assert len(last.before) == 2
 
 
@@ -150,7 +146,6 @@ def test_increments_grow_where_they_are_the_whole_error_of_equal_bodies() -> Non
     assert known is not None and known.met
     assert last.setup.load_path.counts[1] > 10
     assert states[-1].summary.work_total == pytest.approx(mindlin.dissipated_energy(), rel=0.1)  # Poisson's ratio
-    assert last.before[-1].by_increments > 0.01
 
 
 def test_rounds_do_not_go_on_from_a_state() -> None:
