@@ -69,6 +69,7 @@ def test_what_may_not_grow_ends_the_rounds_if_it_leaves_too_much() -> None:
     assert _factors(setup, bars((0.012, 0.011)), 0.01, (True, False)) == (1.0, 1.0)
 
 
+@pytest.mark.slow
 def test_increments_that_change_nothing_end_the_rounds() -> None:
     """One stage has few increments, which are kept, and the error that they leave stays behind."""
     path = [{"P": 400.0, "increments": 2}, {"Qx": 10.0}]
@@ -128,6 +129,7 @@ def test_a_map_that_is_coarser_than_the_cells_takes_no_fewer_points(tmp_path: Pa
     assert all(one.points == last.setup.grid.shape for one in last.before)
 
 
+@pytest.mark.slow
 def test_a_first_round_without_error_bars_is_followed_by_a_finer_one() -> None:
     """Of the torque friction carries 0.9994 on the coarsest grid, so that it has no solution there."""
     last, states, known = solved(
@@ -138,6 +140,7 @@ def test_a_first_round_without_error_bars_is_followed_by_a_finer_one() -> None:
     assert states[-1].errors is not None and math.isfinite(states[-1].errors.P_error)
 
 
+@pytest.mark.slow
 def test_increments_grow_where_they_are_the_whole_error_of_equal_bodies() -> None:
     """Next to gross slip the energy depends on them, though one increment has the right shear traction."""
     path, asked = [{"P": 40.0}, {"Qx": 11.995}], {"accuracy": {"target": 0.02, "of": ["work_total"]}}

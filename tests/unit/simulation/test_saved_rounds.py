@@ -158,6 +158,7 @@ def test_a_sweep_does_not_take_a_round_for_the_result(tmp_path: Path) -> None:
     assert is_finished(case.out, ())
 
 
+@pytest.mark.slow
 def test_check_compares_the_last_round_where_cycles_end_by_themselves(tmp_path: Path) -> None:
     cycle = "{until: periodic, at_most: 6, stages: [{Qx: 20 N}, {Qx: -20 N}]}"
     text = CASE.replace("{Qx: 20 N}", f"{{cycle: {cycle}}}").replace("target: 3 %", "target: 5 %")
@@ -177,6 +178,7 @@ def test_a_study_solves_rounds(tmp_path: Path) -> None:
     assert len({line.split(",")[increments] for line in table[1:]}) == 2, "3 % takes more of them"
 
 
+@pytest.mark.slow
 def test_a_larger_limit_goes_on_with_a_complete_result(tmp_path: Path) -> None:
     case, out = write_case(tmp_path, CASE.replace("target: 3 %", "target: 3 %, at_most: {cells: 1000}")), "case.h5"
     limited = invoke("run", case)
@@ -188,6 +190,7 @@ def test_a_larger_limit_goes_on_with_a_complete_result(tmp_path: Path) -> None:
         assert result.effective_case["grid"]["points"] == [36, 36]
 
 
+@pytest.mark.slow
 def test_worn_rounds_are_compared(tmp_path: Path) -> None:
     text = WORN.replace("points: 24", "size: 1.2 mm") + "solver: {accuracy: {target: 10 %, of: [P, wear_volume]}}\n"
     ran = invoke("run", write_case(tmp_path, text))
