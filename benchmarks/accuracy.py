@@ -40,6 +40,7 @@ from fretsolve.case.loading import case_model
 from fretsolve.case.models import Case
 from fretsolve.errors import FretsolveError
 from fretsolve.problem.setup.problem import ProblemSetup
+from fretsolve.result.state import cost_of
 from fretsolve.result.verdict import Verdict, judged, scales
 from fretsolve.simulation.accuracy.in_memory import history_of, rounds_of
 from fretsolve.simulation.accuracy.rounds import Round, first_round
@@ -131,15 +132,9 @@ def answer(case: CalibrationCase, target: float) -> Answer:
     for last, rows, known in rounds_of(asked(case, target)):
         assert known.verdict is not None
         found = Answer(last, known.verdict, history_of(rows), 0.0)
-        costs[len(last.before)] = applications(found.history) * math.prod(last.setup.grid.shape)
+        costs[len(last.before)] = cost_of(found.history)[1] * math.prod(last.setup.grid.shape)
     assert found is not None
     return replace(found, cost=sum(costs.values()))
-
-
-def applications(history: Mapping[str, Any]) -> float:
-    """Return the operator applications of a run, with those of its coarse runs."""
-    names = ("operator_applications", "coarse_runs_applications")
-    return float(sum(history[name].sum() for name in names if name in history))
 
 
 def true_ends(finest: ProblemSetup) -> Ends:
@@ -221,7 +216,7 @@ def cheapest_cost(case: CalibrationCase, target: float, truth: Ends, columns: Ma
                 history = history_of(list(fretsolve.run(setup)))
             except FretsolveError:
                 continue
-            cost = applications(history) * math.prod(setup.grid.shape)
+            cost = cost_of(history)[1] * math.prod(setup.grid.shape)
             if error_of(history, truth, {name: name for name in columns})[0] <= target:
                 least = min(least, cost)
                 break
@@ -235,7 +230,7 @@ def by_hand(case: CalibrationCase) -> float:
     points = [HAND_LINE_POINTS] if setup.model.line else [HAND_POINTS] * 2
     hand = with_settings(setup, points, [1 if count == 1 else usual for count in setup.load_path.counts])
     history = history_of(list(fretsolve.run(hand)))
-    return applications(history) * math.prod(hand.grid.shape)
+    return cost_of(history)[1] * math.prod(hand.grid.shape)
 
 
 def report_lines(rows: Sequence[Row]) -> Iterator[str]:

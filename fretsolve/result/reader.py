@@ -116,7 +116,7 @@ class Result(AbstractContextManager["Result"]):
 
     @property
     def in_rounds(self) -> bool:
-        """Whether rounds of an accuracy have picked keys of the case."""
+        """True if rounds of an accuracy have picked keys of the case."""
         return bool(self._provenance.get("picked_keys"))
 
     @cached_property

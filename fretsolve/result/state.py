@@ -7,6 +7,7 @@ exerts on body 2; slip is the slip of body 1 relative to body 2.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Final
@@ -25,6 +26,13 @@ from fretsolve.system.arrays import DoubleArray, FloatArray, IndexArray
 def broadcast_zeros(shape: tuple[int, ...]) -> FloatArray:
     """Return read-only zeros that take no memory: a field that a case does not need."""
     return np.broadcast_to(np.float64(0.0), shape)
+
+
+def cost_of(history: Mapping[str, DoubleArray]) -> tuple[float, float]:
+    """Return the seconds and the operator applications of a run, with the coarse runs of its error bars."""
+    columns = ("wall_time", "coarse_runs_wall_time"), ("operator_applications", "coarse_runs_applications")
+    seconds, applications = (sum(float(history[one].sum()) for one in part if one in history) for part in columns)
+    return seconds, applications
 
 
 def stage_ends(stage: DoubleArray | IndexArray) -> IndexArray:

@@ -208,7 +208,10 @@ class _Survey:
         if not self.usual:
             usual = (one.name if one.stage == last else str(one) for one in usual_quantities(setup))
             self.usual = (*usual, *((ERROR_OF_WEAR,) if setup.case.wear is not None else ()))
-        self.stages, self.memory = min(self.stages, last), max(self.memory, most_memory(prepared.first))
+        self.stages, self.memory = (
+            min(self.stages, last),
+            max(self.memory, most_memory(prepared.first, expected.memory)),
+        )
         self.have_bars &= setup.case.solver.error_bars
         lacking = ((name, lacking_of(name, setup.case.output)) for name in BESIDE_DIMENSIONS)
         self.lacking |= {name: text for name, text in lacking if text is not None}

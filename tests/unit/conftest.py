@@ -1,7 +1,8 @@
-"""Results that the tests of pictures and of exported files share."""
+"""Results that the tests of pictures and of exported files share, and the handlers of signals."""
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from command_line import invoke
 from small_cases import DRAWN, WORN, write_case
 
 from fretsolve.result import Result, open_result
+from fretsolve.system.signals import SIGNALS
 
 
 @pytest.fixture(scope="session")
@@ -37,3 +39,12 @@ def results(result_folder: Path) -> Iterator[dict[str, Result]]:
     yield opened
     for result in opened.values():
         result.close()
+
+
+@pytest.fixture
+def handlers() -> Iterator[None]:
+    """Restore the handlers of signals after a test, since a stop leaves signals ignored."""
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)

@@ -31,7 +31,7 @@ def _known(name: str) -> str:
 
 
 class AtMost(CaseModel):
-    """What the rounds of an accuracy may take; the first one is solved in any case."""
+    """Limits of the rounds of an accuracy; the first one is solved in any case."""
 
     time: Annotated[float, InUnits(TIME, above=0)] | None = Field(
         default=None,
@@ -63,7 +63,7 @@ Target = Annotated[
 
 
 class Accuracy(CaseModel):
-    """How well quantities are to be known at the ends of stages, or in cycles."""
+    """Largest errors of quantities at the ends of stages, or in cycles."""
 
     target: Target = Field(
         description="largest error bar over the quantity's scale, such as 1 %, or draft (5 %), standard (1 %),"

@@ -18,6 +18,7 @@ from fretsolve.case.history import (
     MOTIONS_OF_ACTUATORS,
 )
 from fretsolve.result import Result
+from fretsolve.result.state import cost_of
 from fretsolve.system.arrays import DoubleArray, IndexArray
 
 NOT_ROUND = 0.1
@@ -45,14 +46,10 @@ RESIDUALS = {
 
 def total_cost(result: Result) -> tuple[float, int]:
     """Return wall-clock time and operator applications of a run, with coarse runs of error bars, and rounds before."""
-    history = result.history
-    seconds, applications = history["wall_time"].sum(), history["operator_applications"].sum()
-    if "coarse_runs_wall_time" in history:
-        seconds += history["coarse_runs_wall_time"].sum()
-        applications += history["coarse_runs_applications"].sum()
+    seconds, applications = cost_of(result.history)
     for one in result.rounds_before:
         seconds, applications = seconds + one["seconds"], applications + one["applications"]
-    return float(seconds), round(float(applications))
+    return seconds, round(applications)
 
 
 def stored_names(result: Result) -> list[str]:

@@ -137,7 +137,7 @@ FIRST_REFINEMENT = 0.4
 
 @dataclass(frozen=True)
 class Picks:
-    """What a round of an accuracy picks. points: along x and y; refinement: factor on automatic increments."""
+    """The picks of a round of an accuracy. points: along x and y; refinement: factor on automatic increments."""
 
     points: tuple[int, int]
     refinement: float

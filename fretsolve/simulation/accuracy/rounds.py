@@ -21,7 +21,7 @@ from fretsolve.errors import CaseError, NoSolutionError
 from fretsolve.problem.setup.cost_estimate import estimate, require_memory, rounded_time
 from fretsolve.problem.setup.picked_settings import Picks, points_of_cells
 from fretsolve.problem.setup.problem import ProblemSetup
-from fretsolve.result.state import stage_ends
+from fretsolve.result.state import cost_of, stage_ends
 from fretsolve.result.verdict import POINTS_ORDER, Cycles, Judged, Verdict, judged, scales, verdict
 from fretsolve.simulation.problem_setup import set_up
 from fretsolve.system.arrays import DoubleArray
@@ -103,7 +103,7 @@ class Round:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a round is known to, None without an accuracy, and the round that follows it, None after the last one."""
+    """The verdict on a round, None without an accuracy, and the round that follows it, None after the last one."""
 
     verdict: Verdict | None
     following: Round | None = None
@@ -137,7 +137,7 @@ def judge(done: Round, history: Mapping[str, DoubleArray], cycles: Cycles, elaps
     if isinstance(finer, str):
         return Judgement(replace(found, reason=f"no round follows: {finer}"))
     picked = setup.grid.shape, done.refinement, setup.load_path.increments
-    seconds, applications = _cost_of(history)
+    seconds, applications = cost_of(history)
     seconds = max(seconds, elapsed)
     record = Record(*picked, *known, seconds, applications, at_end)
     try:
@@ -208,9 +208,9 @@ def _why_in_vain(done: Round, worst: float) -> str:
     """
     grid, known = done.setup.grid, [*(one.worst for one in done.before), worst]
     stayed = [after > IN_VAIN * before for before, after in pairwise(known[-3:])]
-    misses_waves = done.setup.heights().flattening_pressure((grid.dx, grid.dy)) > 0.0
-    in_vain = len(stayed) == 2 and all(stayed) and not misses_waves
-    return "the last two rounds have hardly lowered the error" if in_vain else ""
+    if len(stayed) < 2 or not all(stayed) or done.setup.heights().flattening_pressure((grid.dx, grid.dy)) > 0.0:
+        return ""
+    return "the last two rounds have hardly lowered the error"
 
 
 def _finer_points(setup: ProblemSetup, factor: float) -> tuple[int, int]:
@@ -281,22 +281,15 @@ def _beyond(done: Round, following: Round, seconds: float) -> str:
     return ""
 
 
-def most_memory(first: Round) -> float:
-    """Return the memory (bytes) that the rounds may take."""
+def most_memory(first: Round, needed: float) -> float:
+    """Return the memory (bytes) that the rounds may take; needed: the first one's."""
     setup, accuracy = first.setup, first.asked.solver.accuracy
-    if accuracy is not None and first.picks_points:
-        finer = (accuracy.at_most.cells / math.prod(setup.grid.shape)) ** (1.0 / len(setup.grid.axes))
-        setup = replace(setup, grid=setup.grid.cut_into(*_finer_points(setup, max(finer, 1.0))))
-    return estimate(setup).memory
+    if accuracy is None or not first.picks_points:
+        return needed
+    finer = (accuracy.at_most.cells / math.prod(setup.grid.shape)) ** (1.0 / len(setup.grid.axes))
+    return estimate(replace(setup, grid=setup.grid.cut_into(*_finer_points(setup, max(finer, 1.0))))).memory
 
 
 def no_solution(failed: Round, error: NoSolutionError) -> str:
     """Return why no round follows, where the one that does has no solution."""
     return f"the next round, on {cell_counts(failed.setup.grid.shape)} points, has no solution: {error}"
-
-
-def _cost_of(history: Mapping[str, DoubleArray]) -> tuple[float, float]:
-    """Return the seconds and the operator applications that a round took, with its coarse runs."""
-    seconds = ("wall_time", "coarse_runs_wall_time"), ("operator_applications", "coarse_runs_applications")
-    found = [sum(float(history[name].sum()) for name in names if name in history) for names in seconds]
-    return found[0], found[1]

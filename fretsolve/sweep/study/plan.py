@@ -208,7 +208,7 @@ def make_study_plan(request: StudyRequest, folder: Path) -> StudyPlan:
         base.overrides,
         tuple(map(str, compared)),
         base.threads,
-        max(most_memory(one.first) for one in cases),
+        max(most_memory(one.first, one.expected.memory) for one in cases),
         tuple(one.row(index) for index, one in enumerate(cases)),
         results_name="",
     )

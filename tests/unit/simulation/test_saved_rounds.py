@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +16,7 @@ from fretsolve.result.parts import ROUND_NAME
 from fretsolve.sweep.case_run import solve
 from fretsolve.sweep.manifest import is_finished
 from fretsolve.sweep.plan import BaseCase
-from fretsolve.system.signals import SIGNALS, StopRequest
+from fretsolve.system.signals import StopRequest
 
 CASE = """\
 bodies: [{young_modulus: 200 GPa, poisson_ratio: 0.06}, {young_modulus: 200 GPa, poisson_ratio: 0.42}]
@@ -34,13 +32,7 @@ SHORT = ("--set", "solver.max_iterations=14")
 """With so few iterations 30 x 30 points are solved, and 36 x 36 are not."""
 
 
-@pytest.fixture(autouse=True)
-def handlers_stay() -> Iterator[None]:
-    """Give signals their handlers back: after a stop a run lets them be ignored, since the process is about to end."""
-    before = {number: signal.getsignal(number) for number in SIGNALS}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
+pytestmark = pytest.mark.usefixtures("handlers")
 
 
 class Stop:
